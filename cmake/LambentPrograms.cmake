@@ -1,0 +1,19 @@
+# lambent_program(NAME SOURCES... [LIBS libs...]): a program of our own, with our warnings and flags.
+# None of these flags is on the library's targets: users bring their own.
+add_library(lambent_flags INTERFACE)
+target_compile_options(lambent_flags INTERFACE
+    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)
+if(LAMBENT_WERROR)
+    target_compile_options(lambent_flags INTERFACE -Werror)
+endif()
+if(LAMBENT_NATIVE)
+    target_compile_options(lambent_flags INTERFACE -march=native)
+endif()
+
+function(lambent_program name)
+    cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LIBS")
+    add_executable(${name} ${arg_SOURCES} ${arg_UNPARSED_ARGUMENTS})
+    target_link_libraries(${name} PRIVATE lambent::lambent lambent_flags ${arg_LIBS})
+    set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
+endfunction()

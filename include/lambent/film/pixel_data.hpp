@@ -1,0 +1,113 @@
+#pragma once
+#include <lambent/core/error.hpp>
+#include <lambent/film/pixel_view.hpp>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// One owned plane of a frame: width × height pixels of C interleaved channels, dense, row 0 at the top.
+/// Absent (no memory) until allocated.
+template <class T, int C>
+class Plane {
+public:
+    Plane() = default;
+    Plane(int width, int height, T value = T(0)) { allocate(width, height, value); }
+
+    void allocate(int width, int height, T value = T(0)) {
+        require(width >= 0 && height >= 0, [&] {
+            return "Plane: negative size " + std::to_string(width) + " x " + std::to_string(height);
+        });
+        width_ = width;
+        height_ = height;
+        values_.assign(std::size_t(width) * std::size_t(height) * C, value);
+    }
+
+    int width() const { return width_; }
+    int height() const { return height_; }
+    bool absent() const { return values_.empty(); }
+
+    PixelView<T, C> view() { return absent() ? PixelView<T, C>() : PixelView<T, C>(values_.data(), width_, height_); }
+    PixelView<const T, C> view() const {
+        return absent() ? PixelView<const T, C>() : PixelView<const T, C>(values_.data(), width_, height_);
+    }
+
+    auto load(int x, int y) const { return view().load(x, y); }
+    std::vector<T>& values() { return values_; }
+    const std::vector<T>& values() const { return values_; }
+
+private:
+    std::vector<T> values_;
+    int width_ = 0, height_ = 0;
+};
+
+/// The resolved planes of one frame: a structure of arrays, in which a plane that nobody asked for is absent.
+/// "Mean" is the mean over the pixel's samples; features of position and depth are means over those samples
+/// that hit a surface. All values are finite, also where every sample missed.
+template <class T>
+struct PixelData {
+    int width = 0, height = 0;
+
+    Plane<T, 3> radiance;     ///< mean linear Rec.709 radiance, emission included; >= 0. A miss: the background
+    Plane<T, 3> emission;     ///< mean radiance of lights and background seen directly; a part of `radiance`
+    Plane<T, 3> albedo;       ///< mean reflectance at the first hit, in [0, 1]. A miss: 0
+    Plane<T, 3> illumination; ///< (radiance - emission) / max(albedo, albedo_floor), of the means. A miss: 0
+    Plane<T, 3> normal;       ///< mean shading normal, world space, towards the viewer, length <= 1. A miss: 0
+    Plane<T, 3> position;     ///< mean position of the hits, world space, metres. A miss: 0
+    Plane<T, 1> depth;        ///< mean distance of the hits along the ray, metres. A miss: 0
+    Plane<T, 1> material;     ///< material index of sample 0. A miss: -1
+    Plane<T, 1> alpha;        ///< share of samples that hit a surface, in [0, 1]
+    Plane<T, 1> samples;      ///< number of samples
+    Plane<T, 3> variance;     ///< variance of the mean radiance, a channel each; 0 below two samples
+};
+
+/// Below this albedo, illumination is radiance over the floor instead: no division by zero, and the product
+/// gives the radiance back all the same.
+inline constexpr double albedo_floor = 1e-3;
+
+namespace detail {
+/// The factor between illumination and radiance of one pixel.
+template <class T>
+inline Vec3<T> demodulation(const Vec3<T>& albedo) {
+    return max(albedo, Vec3<T>(T(albedo_floor)));
+}
+} // namespace detail
+
+/// Fills `illumination` from radiance, emission and albedo; an absent emission counts as 0, an absent albedo as 1.
+/// throws lambent::Error when radiance is absent or sizes differ
+template <class T>
+void demodulate(PixelData<T>& frame) {
+    require(!frame.radiance.absent(), "demodulate: the frame has no radiance plane");
+    if (!frame.emission.absent()) require_same_size("demodulate: radiance and emission", frame.radiance, frame.emission);
+    if (!frame.albedo.absent()) require_same_size("demodulate: radiance and albedo", frame.radiance, frame.albedo);
+    frame.illumination.allocate(frame.width, frame.height);
+    const auto out = frame.illumination.view();
+    for (int y = 0; y < frame.height; ++y)
+        for (int x = 0; x < frame.width; ++x) {
+            Vec3<T> reflected = frame.radiance.load(x, y);
+            if (!frame.emission.absent()) reflected -= frame.emission.load(x, y);
+            if (!frame.albedo.absent()) reflected /= detail::demodulation(frame.albedo.load(x, y));
+            out.store(x, y, reflected);
+        }
+}
+
+/// Writes illumination · albedo + emission, the inverse of demodulate(), to `out`.
+/// throws lambent::Error when sizes differ
+template <class T>
+void remodulate(const PixelData<T>& frame, const PixelView<const T, 3>& illumination, const PixelView<T, 3>& out) {
+    require_same_size("remodulate: illumination and output", illumination, out);
+    if (!frame.emission.absent()) require_same_size("remodulate: output and emission", out, frame.emission);
+    if (!frame.albedo.absent()) require_same_size("remodulate: output and albedo", out, frame.albedo);
+    for (int y = 0; y < out.height(); ++y)
+        for (int x = 0; x < out.width(); ++x) {
+            Vec3<T> value = illumination.load(x, y);
+            if (!frame.albedo.absent()) value *= detail::demodulation(frame.albedo.load(x, y));
+            if (!frame.emission.absent()) value += frame.emission.load(x, y);
+            out.store(x, y, value);
+        }
+}
+
+} // namespace LAMBENT_ABI
+} // namespace lambent

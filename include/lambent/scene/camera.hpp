@@ -1,0 +1,69 @@
+#pragma once
+#include <lambent/core/bounds.hpp>
+#include <lambent/core/numerics.hpp>
+#include <lambent/core/ray.hpp>
+#include <lambent/core/vec.hpp>
+#include <cmath>
+#include <string>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// Pinhole camera in the scene's own coordinates.
+struct Camera {
+    Vec3d eye{0, 0, 0};
+    Vec3d target{0, 0, -1};
+    Vec3d up{0, 1, 0};
+    double vertical_fov = 45; ///< degrees, the whole angle from the lower to the upper edge, in (0, 180)
+    std::string name;
+};
+
+/// The camera's axes for one image size: pixel positions to rays.
+/// `origin` is the scene's origin (Scene::origin), taken off in double so that far-away scenes keep their bits.
+template <class T>
+class CameraRays {
+public:
+    CameraRays(const Camera& camera, int width, int height, const Vec3d& origin)
+        : width_(width), height_(height), eye_(camera.eye - origin) {
+        const Vec3d forward = normalize(camera.target - camera.eye);
+        Vec3d right = cross(forward, camera.up);
+        if (!(dot(right, right) > 1e-24)) // looking along `up`: any other up will do
+            right = cross(forward, std::abs(forward.y) < 0.9 ? Vec3d(0, 1, 0) : Vec3d(0, 0, -1));
+        right = normalize(right);
+        const Vec3d up = cross(right, forward);
+        const double half = std::tan(camera.vertical_fov * pi<double> / 360);
+        forward_ = Vec3<T>(forward);
+        right_ = Vec3<T>(right * (half * double(width) / double(height)));
+        up_ = Vec3<T>(up * half);
+    }
+
+    /// Unit-length ray through image position (x, y) in pixels: (0, 0) is the upper left corner of the image,
+    /// a pixel's centre lies at + 0.5.
+    Ray<T> ray(T x, T y) const {
+        const T sx = 2 * x / T(width_) - 1, sy = 1 - 2 * y / T(height_);
+        return {.origin = eye_, .direction = normalize(forward_ + sx * right_ + sy * up_)};
+    }
+
+private:
+    int width_, height_;
+    Vec3<T> eye_, forward_, right_, up_;
+};
+
+/// A camera that sees the whole box from in front and a little above, 45 degrees of view.
+inline Camera framing_camera(const Bounds3<double>& bounds, double aspect = 16.0 / 9.0) {
+    Camera camera;
+    camera.name = "framing";
+    if (bounds.empty()) {
+        camera.eye = {0, 0, 1};
+        camera.target = {0, 0, 0};
+        return camera;
+    }
+    const double radius = std::max(1e-6, length(bounds.size()) / 2);
+    const double half = std::atan(std::tan(camera.vertical_fov * pi<double> / 360) * std::min(1.0, aspect));
+    camera.target = bounds.center();
+    camera.eye = camera.target + normalize(Vec3d(0.25, 0.35, 1)) * (radius / std::sin(half));
+    return camera;
+}
+
+} // namespace LAMBENT_ABI
+} // namespace lambent

@@ -1,0 +1,139 @@
+#pragma once
+#include <lambent/core/bounds.hpp>
+#include <lambent/core/error.hpp>
+#include <lambent/core/numerics.hpp>
+#include <lambent/core/vec.hpp>
+#include <lambent/scene/camera.hpp>
+#include <lambent/scene/texture.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+inline constexpr std::int32_t no_texture = -1;
+
+enum class AlphaMode : std::uint8_t { opaque, mask };
+
+/// What a surface is made of, as plain data. Reflects as Lambert with the base colour.
+struct Material {
+    Vec3f base_color{0.8f};        ///< linear reflectance in [0, 1]
+    Vec3f emission{0};             ///< linear radiance, from the front side; from both where double_sided
+    std::int32_t base_color_texture = no_texture; ///< multiplies base_color; its alpha decides AlphaMode::mask
+    std::int32_t emission_texture = no_texture;   ///< multiplies emission
+    std::int32_t alpha_texture = no_texture;      ///< a mask of its own (MTL map_d): its red channel
+    float alpha = 1;                              ///< multiplies the texture's alpha
+    float alpha_cutoff = 0.5f;                    ///< AlphaMode::mask: below it there is no surface
+    AlphaMode alpha_mode = AlphaMode::opaque;
+    bool double_sided = false; ///< matters for emission only: every surface is seen from both sides
+    std::string name;
+
+    bool emissive() const { return max_component(emission) > 0; }
+};
+
+/// An analytic sphere; emits outwards.
+template <class T>
+struct Sphere {
+    Vec3<T> center{0};
+    T radius = 1;
+    std::uint32_t material = 0;
+};
+
+/// A light without surface: glTF's KHR_lights_punctual.
+struct PunctualLight {
+    enum class Kind : std::uint8_t { point, spot, directional };
+    Kind kind = Kind::point;
+    Vec3d position{0};            ///< scene coordinates before recentring
+    Vec3d direction{0, 0, -1};    ///< unit, the way the light travels
+    Vec3f intensity{1};           ///< W/sr (candela's place) for point and spot, irradiance for directional
+    float inner_cone_cos = 1;     ///< spot: full intensity inside
+    float outer_cone_cos = 0;     ///< spot: none outside
+};
+
+/// Light from infinitely far away: a constant, or a latitude-longitude map times `scale`. Direction d looks
+/// up u = 0.5 + atan2(d.z, d.x) / 2π, v = acos(d.y) / π; row 0 is up.
+struct Environment {
+    Vec3f scale{0};          ///< radiance of the constant sky, or factor of the map; 0 = no environment
+    int width = 0, height = 0;
+    std::vector<Vec3f> map;  ///< linear radiance, width · height; empty for a constant sky
+    double rotation = 0;     ///< degrees about +y
+
+    bool black() const { return is_black(scale); }
+};
+
+/// Everything there is to render, as flat arrays that refer to each other by index. Fill it by hand, by
+/// add_mesh() or by a loader; it knows no file. Geometry is stored relative to `origin`, which loaders set
+/// so that scenes far from (0, 0, 0) keep their precision; camera, lights and everything that users see
+/// stay in their own coordinates.
+template <class T>
+struct Scene {
+    std::vector<Vec3<T>> positions;  ///< relative to origin
+    std::vector<Vec3f> normals;      ///< one a position, unit; (0, 0, 0) = take the triangle's own; or empty
+    std::vector<Vec2f> texcoords;    ///< one a position, or empty
+    std::vector<Vec4f> colors;       ///< one a position, linear, multiplies base_color and alpha; or empty
+    std::vector<UVec3> triangles;    ///< indices into positions, counter-clockwise from the front
+    std::vector<std::uint32_t> triangle_materials; ///< one a triangle
+    std::vector<Sphere<T>> spheres;  ///< relative to origin
+    std::vector<Material> materials;
+    std::vector<Texture> textures;
+    std::vector<PunctualLight> punctual_lights;
+    Environment environment;
+    std::vector<Camera> cameras;
+    Vec3d origin{0};
+    std::vector<std::string> notes;  ///< what a loader wants the user to know, a sentence each
+
+    /// Bounds of triangles and spheres in the user's coordinates.
+    Bounds3<double> bounds() const {
+        Bounds3<double> box;
+        for (const UVec3& t : triangles)
+            for (int k = 0; k < 3; ++k) {
+                const Vec3d p = Vec3d(positions[t[k]]) + origin;
+                if (is_finite(p)) box.add(p);
+            }
+        for (const Sphere<T>& s : spheres) {
+            box.add(Vec3d(s.center) + origin - Vec3d(double(s.radius)));
+            box.add(Vec3d(s.center) + origin + Vec3d(double(s.radius)));
+        }
+        return box;
+    }
+
+    /// throws lambent::Error naming the first index or array that does not fit
+    void validate() const {
+        const auto fits = [&](std::size_t size, const char* what) {
+            require(size == 0 || size == positions.size(), [&] {
+                return std::string("Scene: ") + std::to_string(size) + " " + what + " for " +
+                       std::to_string(positions.size()) + " positions";
+            });
+        };
+        fits(normals.size(), "normals");
+        fits(texcoords.size(), "texcoords");
+        fits(colors.size(), "colors");
+        require(triangle_materials.size() == triangles.size(), [&] {
+            return "Scene: " + std::to_string(triangle_materials.size()) + " triangle materials for " +
+                   std::to_string(triangles.size()) + " triangles";
+        });
+        const auto inside = [&](std::size_t index, std::size_t size, const char* what) {
+            require(index < size, [&] {
+                return std::string("Scene: ") + what + " " + std::to_string(index) + " of " + std::to_string(size);
+            });
+        };
+        for (const UVec3& t : triangles)
+            for (int k = 0; k < 3; ++k) inside(t[k], positions.size(), "vertex index");
+        for (const std::uint32_t m : triangle_materials) inside(m, materials.size(), "material index");
+        for (const Sphere<T>& s : spheres) inside(s.material, materials.size(), "material index");
+        for (const Material& m : materials)
+            for (const std::int32_t t : {m.base_color_texture, m.emission_texture, m.alpha_texture})
+                if (t != no_texture) inside(std::size_t(t), textures.size(), "texture index");
+        for (const Texture& t : textures)
+            require(t.rgba.size() == std::size_t(t.width) * std::size_t(t.height) * 4,
+                    [&] { return "Scene: texture '" + t.name + "' has the wrong number of bytes"; });
+        require(environment.map.size() == std::size_t(environment.width) * std::size_t(environment.height),
+                "Scene: the environment's size does not fit its pixels");
+    }
+};
+
+using Scenef = Scene<float>;
+
+} // namespace LAMBENT_ABI
+} // namespace lambent

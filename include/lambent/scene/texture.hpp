@@ -1,0 +1,98 @@
+#pragma once
+#include <lambent/core/vec.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// The sRGB decoding of IEC 61966-2-1: encoded value in [0, 1] to linear.
+inline float srgb_to_linear(float s) { return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f); }
+
+/// Its inverse: linear value in [0, 1] to encoded.
+inline float linear_to_srgb(float v) {
+    return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1.0f / 2.4f) - 0.055f;
+}
+
+enum class Wrap : std::uint8_t { repeat, mirror, clamp };
+enum class TextureFilter : std::uint8_t { bilinear, nearest };
+enum class ColorSpace : std::uint8_t { srgb, linear };
+
+/// An 8-bit RGBA image with its sampling rules. Row 0 is the top; texture coordinate (0, 0) is the image's
+/// upper left corner, v grows downwards (glTF's rule; the OBJ reader flips v). Colour is decoded to linear
+/// light before it is interpolated; alpha is linear as stored.
+struct Texture {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgba; ///< width · height · 4 bytes
+    ColorSpace color_space = ColorSpace::srgb;
+    Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
+    TextureFilter filter = TextureFilter::bilinear;
+    std::string name; ///< where it came from, for messages
+
+    /// Linear RGBA at (u, v); opaque white where the texture is empty.
+    Vec4f sample(float u, float v) const {
+        if (width <= 0 || height <= 0) return Vec4f(1.0f);
+        const float x = place(u, width, wrap_u), y = place(v, height, wrap_v);
+        if (filter == TextureFilter::nearest)
+            return texel(wrap(int(std::floor(x)), width, wrap_u), wrap(int(std::floor(y)), height, wrap_v));
+        const float fx = std::floor(x - 0.5f), fy = std::floor(y - 0.5f);
+        const float ax = x - 0.5f - fx, ay = y - 0.5f - fy;
+        const int x0 = wrap(int(fx), width, wrap_u), x1 = wrap(int(fx) + 1, width, wrap_u);
+        const int y0 = wrap(int(fy), height, wrap_v), y1 = wrap(int(fy) + 1, height, wrap_v);
+        return (texel(x0, y0) * (1 - ax) + texel(x1, y0) * ax) * (1 - ay) +
+               (texel(x0, y1) * (1 - ax) + texel(x1, y1) * ax) * ay;
+    }
+
+    /// Linear value of one texel; x in [0, width), y in [0, height).
+    Vec4f texel(int x, int y) const {
+        const std::uint8_t* p = &rgba[4 * (std::size_t(y) * std::size_t(width) + std::size_t(x))];
+        const auto& decode = color_space == ColorSpace::srgb ? srgb_table() : linear_table();
+        return {decode[p[0]], decode[p[1]], decode[p[2]], linear_table()[p[3]]};
+    }
+
+private:
+    static const std::array<float, 256>& srgb_table() {
+        static const std::array<float, 256> table = [] {
+            std::array<float, 256> t{};
+            for (std::size_t i = 0; i < 256; ++i) t[i] = srgb_to_linear(float(i) / 255.0f);
+            return t;
+        }();
+        return table;
+    }
+    static const std::array<float, 256>& linear_table() {
+        static const std::array<float, 256> table = [] {
+            std::array<float, 256> t{};
+            for (std::size_t i = 0; i < 256; ++i) t[i] = float(i) / 255.0f;
+            return t;
+        }();
+        return table;
+    }
+
+    /// Pixel coordinate of texture coordinate u, brought near [0, size) first so that huge and non-finite
+    /// coordinates cannot overflow an int.
+    static float place(float u, int size, Wrap mode) {
+        if (!(std::abs(u) < 1e9f)) u = 0;
+        switch (mode) {
+        case Wrap::repeat: u -= std::floor(u); break;
+        case Wrap::mirror: u -= 2 * std::floor(u / 2); break;
+        case Wrap::clamp: u = std::clamp(u, 0.0f, 1.0f); break;
+        }
+        return u * float(size);
+    }
+
+    static int wrap(int i, int size, Wrap mode) {
+        switch (mode) {
+        case Wrap::clamp: return std::clamp(i, 0, size - 1);
+        case Wrap::repeat: i %= size; return i < 0 ? i + size : i;
+        case Wrap::mirror: i %= 2 * size; if (i < 0) i += 2 * size; return i < size ? i : 2 * size - 1 - i;
+        }
+        return 0;
+    }
+};
+
+} // namespace LAMBENT_ABI
+} // namespace lambent
