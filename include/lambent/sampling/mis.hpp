@@ -1,0 +1,39 @@
+#pragma once
+#include <lambent/core/numerics.hpp>
+
+/// Weights for samples of one integral drawn by two strategies. pdf_a belongs to the strategy that made the
+/// sample, pdf_b is the other's for the same sample, both in the same measure and each times its number of samples.
+/// A pdf of 0 (or NaN) weighs 0, an infinite one (a delta) weighs 1, two infinite ones a half. Written in
+/// ratios of the smaller to the larger: nothing overflows, and weight(a, b) + weight(b, a) is 1 within an ulp.
+/// source  Veach, thesis (1997), ch. 9
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+namespace detail {
+/// The weight of a where share(r) = g(r) / (1 + g(r)) is given by g of the ratio r <= 1 of the pdfs.
+template <class T, class Power>
+constexpr T heuristic(T pdf_a, T pdf_b, Power g) {
+    if (!(pdf_a > 0)) return 0;
+    if (!(pdf_b > 0)) return 1;
+    const bool a_finite = is_finite(pdf_a), b_finite = is_finite(pdf_b);
+    if (!a_finite || !b_finite) return a_finite ? T(0) : b_finite ? T(1) : T(0.5);
+    if (pdf_a >= pdf_b) return 1 / (1 + g(pdf_b / pdf_a));
+    const T r = g(pdf_a / pdf_b);
+    return r / (1 + r);
+}
+} // namespace detail
+
+/// pdf_a / (pdf_a + pdf_b).
+template <std::floating_point T>
+constexpr T balance_heuristic(T pdf_a, T pdf_b) {
+    return detail::heuristic(pdf_a, pdf_b, [](T r) { return r; });
+}
+
+/// pdf_a² / (pdf_a² + pdf_b²): less noise where one of the two is nearly perfect.
+template <std::floating_point T>
+constexpr T power_heuristic(T pdf_a, T pdf_b) {
+    return detail::heuristic(pdf_a, pdf_b, [](T r) { return r * r; });
+}
+
+} // namespace LAMBENT_ABI
+} // namespace lambent
