@@ -9,6 +9,8 @@
 #include <type_traits>
 #if defined(__SSE2__)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
 #endif
 
 /// Pack<T, N>: N floats or doubles in one register, on the compilers' vector extensions plus the handful of
@@ -33,6 +35,13 @@ template <class T, int N>
 struct VectorOf {
     typedef T Type __attribute__((vector_size(sizeof(T) * N)));
 };
+
+template <class Wanted, int width, class T, int N>
+inline constexpr bool is_pack = std::is_same_v<Wanted, T> && width == N;
+
+/// Wider than one register of this build, so made of two halves.
+template <class T, int N>
+inline constexpr bool splits = N > native_width<T>;
 } // namespace detail
 
 /// The result of a comparison: lanes of all ones or all zeros.
@@ -91,73 +100,187 @@ inline Pack<T, N> select(Mask<T, N> mask, Pack<T, N> a, Pack<T, N> b) {
     return mask.v ? a.v : b.v;
 }
 
+/// The first and the second half of the lanes.
+template <class T, int N>
+inline Pack<T, N / 2> low_half(Pack<T, N> a) {
+    Pack<T, N / 2> r;
+    std::memcpy(&r.v, &a.v, sizeof(r.v));
+    return r;
+}
+template <class T, int N>
+inline Pack<T, N / 2> high_half(Pack<T, N> a) {
+    Pack<T, N / 2> r;
+    std::memcpy(&r.v, reinterpret_cast<const char*>(&a.v) + sizeof(r.v), sizeof(r.v));
+    return r;
+}
+template <class T, int N>
+inline Pack<T, 2 * N> join(Pack<T, N> low, Pack<T, N> high) {
+    Pack<T, 2 * N> r;
+    std::memcpy(&r.v, &low.v, sizeof(low.v));
+    std::memcpy(reinterpret_cast<char*>(&r.v) + sizeof(low.v), &high.v, sizeof(high.v));
+    return r;
+}
+
+/// The lanes' values in another type, rounded to nearest.
+template <class To, class T, int N>
+inline Pack<To, N> convert(Pack<T, N> a) {
+    return __builtin_convertvector(a.v, typename Pack<To, N>::Vector);
+}
+
 /// Lane-wise a < b ? a : b, so b where either is NaN (as the x86 instruction does).
 template <class T, int N>
 inline Pack<T, N> min(Pack<T, N> a, Pack<T, N> b) {
+    using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
+#if defined(__AVX512F__)
+    if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_min_ps(__m512(a.v), __m512(b.v)));
+    if constexpr (detail::is_pack<double, 8, T, N>) return Vector(_mm512_min_pd(__m512d(a.v), __m512d(b.v)));
+#endif
 #if defined(__AVX__)
-    if constexpr (std::is_same_v<T, float> && N == 8) return (typename Pack<T, N>::Vector)_mm256_min_ps(a.v, b.v);
-    else if constexpr (std::is_same_v<T, double> && N == 4)
-        return (typename Pack<T, N>::Vector)_mm256_min_pd(a.v, b.v);
-    else
+    if constexpr (detail::is_pack<float, 8, T, N>) return Vector(_mm256_min_ps(__m256(a.v), __m256(b.v)));
+    if constexpr (detail::is_pack<double, 4, T, N>) return Vector(_mm256_min_pd(__m256d(a.v), __m256d(b.v)));
 #endif
 #if defined(__SSE2__)
-        if constexpr (std::is_same_v<T, float> && N == 4)
-        return (typename Pack<T, N>::Vector)_mm_min_ps(a.v, b.v);
-    else
+    if constexpr (detail::is_pack<float, 4, T, N>) return Vector(_mm_min_ps(__m128(a.v), __m128(b.v)));
+    if constexpr (detail::is_pack<double, 2, T, N>) return Vector(_mm_min_pd(__m128d(a.v), __m128d(b.v)));
 #endif
+    if constexpr (detail::splits<T, N>) {
+        return join(min(low_half(a), low_half(b)), min(high_half(a), high_half(b)));
+    } else {
         return a.v < b.v ? a.v : b.v;
+    }
 }
 
 /// Lane-wise a > b ? a : b, so b where either is NaN.
 template <class T, int N>
 inline Pack<T, N> max(Pack<T, N> a, Pack<T, N> b) {
+    using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
+#if defined(__AVX512F__)
+    if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_max_ps(__m512(a.v), __m512(b.v)));
+    if constexpr (detail::is_pack<double, 8, T, N>) return Vector(_mm512_max_pd(__m512d(a.v), __m512d(b.v)));
+#endif
 #if defined(__AVX__)
-    if constexpr (std::is_same_v<T, float> && N == 8) return (typename Pack<T, N>::Vector)_mm256_max_ps(a.v, b.v);
-    else if constexpr (std::is_same_v<T, double> && N == 4)
-        return (typename Pack<T, N>::Vector)_mm256_max_pd(a.v, b.v);
-    else
+    if constexpr (detail::is_pack<float, 8, T, N>) return Vector(_mm256_max_ps(__m256(a.v), __m256(b.v)));
+    if constexpr (detail::is_pack<double, 4, T, N>) return Vector(_mm256_max_pd(__m256d(a.v), __m256d(b.v)));
 #endif
 #if defined(__SSE2__)
-        if constexpr (std::is_same_v<T, float> && N == 4)
-        return (typename Pack<T, N>::Vector)_mm_max_ps(a.v, b.v);
-    else
+    if constexpr (detail::is_pack<float, 4, T, N>) return Vector(_mm_max_ps(__m128(a.v), __m128(b.v)));
+    if constexpr (detail::is_pack<double, 2, T, N>) return Vector(_mm_max_pd(__m128d(a.v), __m128d(b.v)));
 #endif
+    if constexpr (detail::splits<T, N>) {
+        return join(max(low_half(a), low_half(b)), max(high_half(a), high_half(b)));
+    } else {
         return a.v > b.v ? a.v : b.v;
+    }
 }
 
-/// a·b + c with one rounding.
+/// a·b + c with one rounding. Exact everywhere, but a function call a lane where the machine has no such
+/// instruction: see multiply_add.
 template <class T, int N>
 inline Pack<T, N> fma(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
-    using Vector = typename Pack<T, N>::Vector;
+    using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
 #if defined(__AVX512F__)
-    if constexpr (std::is_same_v<T, float> && N == 16) return (Vector)_mm512_fmadd_ps(a.v, b.v, c.v);
-    if constexpr (std::is_same_v<T, double> && N == 8) return (Vector)_mm512_fmadd_pd(a.v, b.v, c.v);
+    if constexpr (detail::is_pack<float, 16, T, N>)
+        return Vector(_mm512_fmadd_ps(__m512(a.v), __m512(b.v), __m512(c.v)));
+    if constexpr (detail::is_pack<double, 8, T, N>)
+        return Vector(_mm512_fmadd_pd(__m512d(a.v), __m512d(b.v), __m512d(c.v)));
 #endif
 #if defined(__FMA__)
-    if constexpr (std::is_same_v<T, float> && N == 8) return (Vector)_mm256_fmadd_ps(a.v, b.v, c.v);
-    if constexpr (std::is_same_v<T, double> && N == 4) return (Vector)_mm256_fmadd_pd(a.v, b.v, c.v);
-    if constexpr (std::is_same_v<T, float> && N == 4) return (Vector)_mm_fmadd_ps(a.v, b.v, c.v);
-    if constexpr (std::is_same_v<T, double> && N == 2) return (Vector)_mm_fmadd_pd(a.v, b.v, c.v);
+    if constexpr (detail::is_pack<float, 8, T, N>)
+        return Vector(_mm256_fmadd_ps(__m256(a.v), __m256(b.v), __m256(c.v)));
+    if constexpr (detail::is_pack<double, 4, T, N>)
+        return Vector(_mm256_fmadd_pd(__m256d(a.v), __m256d(b.v), __m256d(c.v)));
+    if constexpr (detail::is_pack<float, 4, T, N>)
+        return Vector(_mm_fmadd_ps(__m128(a.v), __m128(b.v), __m128(c.v)));
+    if constexpr (detail::is_pack<double, 2, T, N>)
+        return Vector(_mm_fmadd_pd(__m128d(a.v), __m128d(b.v), __m128d(c.v)));
+#elif defined(__aarch64__)
+    if constexpr (detail::is_pack<float, 4, T, N>)
+        return Vector(vfmaq_f32(float32x4_t(c.v), float32x4_t(a.v), float32x4_t(b.v)));
+    if constexpr (detail::is_pack<double, 2, T, N>)
+        return Vector(vfmaq_f64(float64x2_t(c.v), float64x2_t(a.v), float64x2_t(b.v)));
 #endif
-    Vector r{};
-    for (int i = 0; i < N; ++i) r[i] = std::fma(a.v[i], b.v[i], c.v[i]);
-    return r;
+    if constexpr (detail::splits<T, N>) {
+        return join(fma(low_half(a), low_half(b), low_half(c)), fma(high_half(a), high_half(b), high_half(c)));
+    } else {
+        Pack<T, N> r;
+        for (int i = 0; i < N; ++i) r.v[i] = std::fma(a.v[i], b.v[i], c.v[i]);
+        return r;
+    }
+}
+
+/// a·b + c, rounded once or twice, whichever is fast here.
+template <class T, int N>
+inline Pack<T, N> multiply_add(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
+    if constexpr (LAMBENT_HAS_FMA) {
+        return fma(a, b, c);
+    } else {
+        return a * b + c;
+    }
+}
+
+/// Hides how the lanes came about, so that -ffast-math cannot reassociate across this point.
+template <class T, int N>
+inline Pack<T, N> opaque(Pack<T, N> a) {
+#if defined(__FAST_MATH__)
+    asm volatile("" : "+m"(a.v));
+#endif
+    return a;
+}
+
+/// c − a·b with the exact sign of the result, and an error of little more than one rounding.
+template <class T, int N>
+inline Pack<T, N> negated_multiply_add(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
+    if constexpr (!LAMBENT_HAS_FMA && std::is_same_v<T, float>) {
+        const auto product = opaque(convert<double>(a) * convert<double>(b)); // exact
+        return convert<float>(convert<double>(c) - product);
+    } else {
+        return fma(-a, b, c);
+    }
+}
+
+/// a·b − c·d with the exact sign: see the scalar function of this name in core/numerics.hpp.
+template <class T, int N>
+inline Pack<T, N> difference_of_products(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c, Pack<T, N> d) {
+    if constexpr (!LAMBENT_HAS_FMA && std::is_same_v<T, float>) {
+        const auto ab = opaque(convert<double>(a) * convert<double>(b));
+        const auto cd = opaque(convert<double>(c) * convert<double>(d));
+        return convert<float>(ab - cd);
+    } else {
+        const auto cd = opaque(c * d);
+        return fma(a, b, -cd) + opaque(fma(-c, d, cd));
+    }
 }
 
 /// One bit a lane, lane 0 lowest.
 template <class T, int N>
 inline unsigned bits(Mask<T, N> mask) {
+#if defined(__AVX512DQ__) && defined(__AVX512F__)
+    if constexpr (sizeof(T) == 4 && N == 16) return unsigned(_mm512_movepi32_mask(__m512i(mask.v)));
+    if constexpr (sizeof(T) == 8 && N == 8) return unsigned(_mm512_movepi64_mask(__m512i(mask.v)));
+#endif
 #if defined(__AVX__)
-    if constexpr (sizeof(T) == 4 && N == 8) return unsigned(_mm256_movemask_ps((__m256)mask.v));
-    if constexpr (sizeof(T) == 8 && N == 4) return unsigned(_mm256_movemask_pd((__m256d)mask.v));
+    if constexpr (sizeof(T) == 4 && N == 8) return unsigned(_mm256_movemask_ps(__m256(mask.v)));
+    if constexpr (sizeof(T) == 8 && N == 4) return unsigned(_mm256_movemask_pd(__m256d(mask.v)));
 #endif
 #if defined(__SSE2__)
-    if constexpr (sizeof(T) == 4 && N == 4) return unsigned(_mm_movemask_ps((__m128)mask.v));
-    if constexpr (sizeof(T) == 8 && N == 2) return unsigned(_mm_movemask_pd((__m128d)mask.v));
+    if constexpr (sizeof(T) == 4 && N == 4) return unsigned(_mm_movemask_ps(__m128(mask.v)));
+    if constexpr (sizeof(T) == 8 && N == 2) return unsigned(_mm_movemask_pd(__m128d(mask.v)));
+#elif defined(__aarch64__)
+    if constexpr (sizeof(T) == 4 && N == 4) {
+        const uint32x4_t weight = {1, 2, 4, 8};
+        return vaddvq_u32(vandq_u32(uint32x4_t(mask.v), weight));
+    }
 #endif
-    unsigned result = 0;
-    for (int i = 0; i < N; ++i) result |= unsigned(mask.v[i] != 0) << i;
-    return result;
+    if constexpr (detail::splits<T, N>) {
+        Mask<T, N / 2> low, high;
+        std::memcpy(&low.v, &mask.v, sizeof(low.v));
+        std::memcpy(&high.v, reinterpret_cast<const char*>(&mask.v) + sizeof(low.v), sizeof(high.v));
+        return bits(low) | bits(high) << (N / 2);
+    } else {
+        unsigned result = 0;
+        for (int i = 0; i < N; ++i) result |= unsigned(mask.v[i] != 0) << i;
+        return result;
+    }
 }
 
 template <class T, int N> inline bool any(Mask<T, N> mask) { return bits(mask) != 0; }
@@ -171,10 +294,7 @@ inline T sum(Pack<T, N> a) {
     if constexpr (N == 1) {
         return a.v[0];
     } else {
-        Pack<T, N / 2> low, high;
-        std::memcpy(&low.v, &a.v, sizeof(low.v));
-        std::memcpy(&high.v, reinterpret_cast<const char*>(&a.v) + sizeof(low.v), sizeof(high.v));
-        return sum(Pack<T, N / 2>(low.v + high.v));
+        return sum(low_half(a) + high_half(a));
     }
 }
 

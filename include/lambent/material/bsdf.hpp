@@ -1,0 +1,27 @@
+#pragma once
+#include <lambent/core/vec.hpp>
+#include <concepts>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// A direction drawn from a BSDF. `pdf` = 0 means that there is none.
+template <class T>
+struct BsdfSample {
+    Vec3<T> wi{0};     ///< unit, local space
+    Vec3<T> weight{0}; ///< f(wo, wi) · |cos wi| / pdf
+    T pdf = 0;         ///< per solid angle
+};
+
+/// How a surface scatters. Directions are unit vectors in the local space of the shading normal, which is
+/// (0, 0, 1), and point away from the surface; the viewer's side is up. `eval` is the BSDF f without the cosine;
+/// `pdf` is the density per solid angle with which `sample` draws wi. A material is one struct that fits.
+template <class B>
+concept Bsdf = requires(const B& bsdf, const Vec3<typename B::Scalar>& w, const Vec2<typename B::Scalar>& u) {
+    { bsdf.eval(w, w) } -> std::same_as<Vec3<typename B::Scalar>>;
+    { bsdf.pdf(w, w) } -> std::same_as<typename B::Scalar>;
+    { bsdf.sample(w, u) } -> std::same_as<BsdfSample<typename B::Scalar>>;
+};
+
+} // namespace LAMBENT_ABI
+} // namespace lambent
