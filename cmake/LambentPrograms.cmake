@@ -1,12 +1,14 @@
 # lambent_program(NAME SOURCES... [LIBS libs...]): a program of our own, with our warnings and flags.
 # None of these flags is on the library's targets: users bring their own.
-add_library(lambent_flags INTERFACE)
-target_compile_options(lambent_flags INTERFACE
+add_library(lambent_warnings INTERFACE)
+target_compile_options(lambent_warnings INTERFACE
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
     $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)
 if(LAMBENT_WERROR)
-    target_compile_options(lambent_flags INTERFACE -Werror)
+    target_compile_options(lambent_warnings INTERFACE -Werror)
 endif()
+add_library(lambent_flags INTERFACE)
+target_link_libraries(lambent_flags INTERFACE lambent_warnings)
 if(LAMBENT_NATIVE)
     target_compile_options(lambent_flags INTERFACE -march=native)
 endif()
