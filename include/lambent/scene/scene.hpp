@@ -3,7 +3,9 @@
 #include <lambent/core/error.hpp>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
+#include <lambent/light/punctual_light.hpp>
 #include <lambent/scene/camera.hpp>
+#include <lambent/scene/sphere.hpp>
 #include <lambent/scene/texture.hpp>
 #include <cstdint>
 #include <string>
@@ -30,25 +32,6 @@ struct Material {
     std::string name;
 
     bool emissive() const { return max_component(emission) > 0; }
-};
-
-/// An analytic sphere; emits outwards.
-template <class T>
-struct Sphere {
-    Vec3<T> center{0};
-    T radius = 1;
-    std::uint32_t material = 0;
-};
-
-/// A light without surface: glTF's KHR_lights_punctual.
-struct PunctualLight {
-    enum class Kind : std::uint8_t { point, spot, directional };
-    Kind kind = Kind::point;
-    Vec3d position{0};            ///< scene coordinates before recentring
-    Vec3d direction{0, 0, -1};    ///< unit, the way the light travels
-    Vec3f intensity{1};           ///< W/sr (candela's place) for point and spot, irradiance for directional
-    float inner_cone_cos = 1;     ///< spot: full intensity inside
-    float outer_cone_cos = 0;     ///< spot: none outside
 };
 
 /// Light from infinitely far away: a constant, or a latitude-longitude map times `scale`. Direction d looks

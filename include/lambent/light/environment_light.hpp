@@ -1,0 +1,125 @@
+#pragma once
+#include <lambent/core/numerics.hpp>
+#include <lambent/light/light_sample.hpp>
+#include <lambent/sampling/distribution.hpp>
+#include <lambent/sampling/warp.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// Light from infinitely far away: a constant, or a latitude-longitude map, bilinear, drawn in proportion to
+/// what the map sends from each of its cells. Direction d looks up u = 0.5 + atan2(d.z, d.x) / 2π,
+/// v = acos(d.y) / π, after a turn about +y.
+template <class T>
+class EnvironmentLight {
+public:
+    EnvironmentLight() = default; ///< black
+
+    /// The map (width · height, row 0 up; empty for a constant) stays the caller's.
+    EnvironmentLight(std::span<const Vec3f> map, int width, int height, const Vec3f& scale, double rotation_degrees)
+        : map_(map), width_(width), height_(height), scale_(scale),
+          cos_(T(std::cos(rotation_degrees * pi<double> / 180))),
+          sin_(T(std::sin(rotation_degrees * pi<double> / 180))) {
+        if (is_black(scale)) return;
+        mean_ = luminance(scale_);
+        if (map_.empty()) return;
+        std::vector<float> weights(map_.size());
+        double sum = 0, solid_angle = 0;
+        for (int y = 0; y < height_; ++y) {
+            const double sine = std::sin((double(y) + 0.5) / height_ * pi<double>);
+            for (int x = 0; x < width_; ++x) {
+                const double weight = cell_mean(x, y) * sine;
+                weights[std::size_t(y) * std::size_t(width_) + std::size_t(x)] = float(weight);
+                sum += weight;
+                solid_angle += sine;
+            }
+        }
+        mean_ = T(sum / solid_angle);
+        distribution_ = Distribution2D(weights, std::uint32_t(width_), std::uint32_t(height_));
+    }
+
+    bool black() const { return !(mean_ > 0); }
+    /// Mean luminance over the sphere of directions.
+    T mean_luminance() const { return mean_; }
+
+    Vec3<T> radiance(const Vec3<T>& direction) const {
+        if (map_.empty()) return Vec3<T>(scale_);
+        const Vec2<T> uv = to_map(direction);
+        const T x = uv.x * T(width_) - T(0.5), y = uv.y * T(height_) - T(0.5);
+        const T fx = std::floor(x), fy = std::floor(y);
+        const int x0 = int(fx), y0 = int(fy);
+        const Vec3<T> top = mix(texel(x0, y0), texel(x0 + 1, y0), x - fx);
+        const Vec3<T> bottom = mix(texel(x0, y0 + 1), texel(x0 + 1, y0 + 1), x - fx);
+        return mix(top, bottom, y - fy) * Vec3<T>(scale_);
+    }
+
+    /// Density per solid angle with which sample() draws this direction.
+    T pdf(const Vec3<T>& direction) const {
+        if (black()) return 0;
+        if (map_.empty()) return uniform_sphere_pdf<T>();
+        const Vec2<T> uv = to_map(direction);
+        const T sine = safe_sqrt(1 - direction.y * direction.y);
+        return sine > 0 ? distribution_.pdf(uv) / (2 * pi<T> * pi<T> * sine) : T(0);
+    }
+
+    LightSample<T> sample(const Vec2<T>& u) const {
+        LightSample<T> s;
+        s.infinite = true;
+        if (black()) return s;
+        if (map_.empty()) {
+            s.wi = square_to_uniform_sphere(u);
+            s.pdf = uniform_sphere_pdf<T>();
+            s.radiance = Vec3<T>(scale_);
+            return s;
+        }
+        const auto drawn = distribution_.sample(u);
+        const T theta = drawn.p.y * pi<T>, phi = (drawn.p.x - T(0.5)) * 2 * pi<T>;
+        const T sine = std::sin(theta);
+        const Vec3<T> d(sine * std::cos(phi), std::cos(theta), sine * std::sin(phi));
+        s.wi = normalize(Vec3<T>(cos_ * d.x - sin_ * d.z, d.y, sin_ * d.x + cos_ * d.z));
+        s.pdf = pdf(s.wi); // what a path that goes there by chance would be told, to the bit
+        s.radiance = radiance(s.wi);
+        return s;
+    }
+
+private:
+    Vec2<T> to_map(const Vec3<T>& direction) const {
+        const T x = cos_ * direction.x + sin_ * direction.z, z = cos_ * direction.z - sin_ * direction.x;
+        const T u = T(0.5) + std::atan2(z, x) * (inv_pi<T> / 2);
+        const T v = std::acos(std::clamp(direction.y, T(-1), T(1))) * inv_pi<T>;
+        constexpr T below_one = 1 - std::numeric_limits<T>::epsilon() / 2;
+        return {std::clamp(u, T(0), below_one), std::clamp(v, T(0), below_one)};
+    }
+
+    Vec3<T> texel(int x, int y) const {
+        x = x < 0 ? x + width_ : x >= width_ ? x - width_ : x;
+        y = std::clamp(y, 0, height_ - 1);
+        return Vec3<T>(map_[std::size_t(y) * std::size_t(width_) + std::size_t(x)]);
+    }
+
+    /// Mean luminance of the bilinear map over the cell of one texel: 0 only where all of it is black, so that
+    /// whatever shines can be drawn.
+    double cell_mean(int x, int y) const {
+        static constexpr double share[3] = {0.125, 0.75, 0.125};
+        double sum = 0;
+        for (int j = -1; j <= 1; ++j)
+            for (int i = -1; i <= 1; ++i)
+                sum += share[i + 1] * share[j + 1] *
+                       luminance(Vec3d(texel((x + i + width_) % width_, y + j)) * Vec3d(scale_));
+        return std::max(sum, 0.0);
+    }
+
+    std::span<const Vec3f> map_;
+    int width_ = 0, height_ = 0;
+    Vec3f scale_{0};
+    T cos_ = 1, sin_ = 0, mean_ = 0;
+    Distribution2D distribution_;
+};
+
+} // namespace LAMBENT_ABI
+} // namespace lambent

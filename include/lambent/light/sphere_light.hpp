@@ -1,0 +1,45 @@
+#pragma once
+#include <lambent/core/frame.hpp>
+#include <lambent/core/numerics.hpp>
+#include <lambent/light/light_sample.hpp>
+#include <lambent/sampling/warp.hpp>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// A sphere that emits outwards, sampled uniformly over the cone that it fills as seen from a point outside.
+/// From inside there is nothing to sample: its light is then met by chance alone.
+template <class T>
+struct SphereLight {
+    Vec3<T> center;
+    T radius;
+
+    /// Density per solid angle of every direction that meets the sphere; 0 from inside.
+    T pdf(const Vec3<T>& from) const {
+        const Vec3<T> d = center - from;
+        const T distance2 = dot(d, d);
+        return distance2 > radius * radius ? uniform_cone_pdf(radius * radius / distance2) : T(0);
+    }
+
+    LightSample<T> sample(const Vec3<T>& from, const Vec2<T>& u) const {
+        LightSample<T> s;
+        s.pdf = pdf(from);
+        if (!(s.pdf > 0)) return s;
+        const Vec3<T> d = center - from;
+        const T distance2 = dot(d, d), distance = std::sqrt(distance2);
+        const T sin2_max = radius * radius / distance2;
+        const Vec3<T> local = square_to_uniform_cone(u, sin2_max);
+        s.wi = Frame<T>(d / distance).to_world(local);
+        // Where the direction meets the near side of the sphere.
+        const T sin2 = local.x * local.x + local.y * local.y;
+        const T half_chord = safe_sqrt(radius * radius - distance2 * sin2);
+        const Vec3<T> outward = normalize(s.wi * (distance * local.z - half_chord) - d);
+        s.target_normal = outward;
+        s.target = center + outward * radius;
+        s.target_error = gamma_bound<T>(8) * (abs(center) + Vec3<T>(radius));
+        return s;
+    }
+};
+
+} // namespace LAMBENT_ABI
+} // namespace lambent

@@ -1,0 +1,17 @@
+#pragma once
+#include <lambent/render/path.hpp>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// Light that was scattered at most once: emission, and direct light by both strategies.
+struct DirectIntegrator {
+    template <RenderScene S, SampleStream Stream>
+    PixelSample<typename S::Scalar> sample(const S& scene, const Ray<typename S::Scalar>& ray, const Stream& stream,
+                                           RayCounts& counts) const {
+        return PathIntegrator<>{{.max_depth = 1}}.sample(scene, ray, stream, counts);
+    }
+};
+
+} // namespace LAMBENT_ABI
+} // namespace lambent

@@ -1,0 +1,159 @@
+#pragma once
+#include <lambent/core/frame.hpp>
+#include <lambent/core/numerics.hpp>
+#include <lambent/material/lambert.hpp>
+#include <lambent/render/integrator.hpp>
+#include <lambent/sampling/mis.hpp>
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// How light is looked for at a vertex: by a ray to a light that was picked, by the bounce that hits one, or
+/// by both, weighted. `light` never sees light on surfaces that no light sample reaches, `bsdf` no punctual light.
+enum class PathStrategy : std::uint8_t { both, light, bsdf };
+enum class MisHeuristic : std::uint8_t { power, balance };
+
+struct PathOptions {
+    std::uint32_t max_depth = unlimited;  ///< scattering events of a path; 0 = emission only
+    std::uint32_t roulette_depth = 4;     ///< scattering events before roulette may end a path; `unlimited` = never
+    static constexpr std::uint32_t unlimited = std::numeric_limits<std::uint32_t>::max();
+};
+
+/// One path under way. Between two calls of advance() it waits for the answer to `ray` and, where
+/// `shadow_radiance` is not black, to `shadow_ray`.
+template <class T>
+struct PathState {
+    Ray<T> ray;
+    Vec3<T> throughput{1};
+    PixelSample<T> result;
+    std::uint32_t depth = 0; ///< scattering events so far
+    T bsdf_pdf = 0;          ///< of the ray's direction; 0 for the camera's
+    Ray<T> shadow_ray;
+    Vec3<T> shadow_radiance{0};
+    bool alive = true;
+};
+
+/// Unidirectional path tracing with next-event estimation, multiple importance sampling and roulette on the
+/// throughput. A state machine: `start`, then `advance` with each hit; `sample` drives one path to its end, in
+/// constant stack at any depth. Strategy and heuristic are types, so that what is off costs nothing.
+/// source  Veach, PhD thesis (1997), chapters 9 and 10
+template <PathStrategy strategy = PathStrategy::both, MisHeuristic heuristic = MisHeuristic::power>
+struct PathIntegrator {
+    PathOptions options{};
+
+    template <class T>
+    static PathState<T> start(const Ray<T>& ray) {
+        PathState<T> path;
+        path.ray = ray;
+        return path;
+    }
+
+    /// Takes the path from its ray's hit to its next ray. A shadow ray that it asks for has to be answered
+    /// before the next call: add shadow_radiance to the result unless it is occluded.
+    template <RenderScene S, SampleStream Stream>
+    void advance(const S& scene, PathState<typename S::Scalar>& path, const Hit<typename S::Scalar>& hit,
+                 const Stream& stream) const {
+        using T = typename S::Scalar;
+        path.shadow_radiance = Vec3<T>(0);
+        if (!hit) {
+            add_emission<T>(path, scene.background(path.ray.direction),
+                            [&] { return scene.background_pdf(path.ray.direction); });
+            if (path.depth == 0) path.result.emission = path.result.radiance;
+            path.alive = false;
+            return;
+        }
+        const Surface<T> surface = scene.surface(path.ray, hit);
+        if (path.depth == 0) detail::record_surface(path.result, surface);
+        add_emission<T>(path, surface.emission, [&] { return scene.hit_light_pdf(path.ray, hit); });
+        if (path.depth >= options.max_depth || is_black(surface.albedo)) {
+            path.alive = false;
+            return;
+        }
+
+        const std::uint32_t base = dimensions::first_vertex + dimensions::per_vertex * path.depth;
+        const Frame<T> frame(surface.shading_normal);
+        const Lambert<T> bsdf{surface.albedo};
+        const Vec3<T> wo = frame.to_local(surface.wo);
+        if constexpr (strategy != PathStrategy::bsdf) {
+            if (scene.has_lights()) aim_at_light(scene, path, surface, frame, bsdf, wo, base, stream);
+        }
+        scatter(path, surface, frame, bsdf, wo, base, stream);
+    }
+
+    template <RenderScene S, SampleStream Stream>
+    PixelSample<typename S::Scalar> sample(const S& scene, const Ray<typename S::Scalar>& ray, const Stream& stream,
+                                           RayCounts& counts) const {
+        auto path = start(ray);
+        while (path.alive) {
+            ++counts.closest;
+            advance(scene, path, scene.intersect(path.ray), stream);
+            if (is_black(path.shadow_radiance)) continue;
+            ++counts.shadow;
+            if (!scene.occluded(path.shadow_ray)) path.result.radiance += path.shadow_radiance;
+        }
+        return path.result;
+    }
+
+private:
+    template <class T>
+    static T mis_weight(T pdf, T other) {
+        return heuristic == MisHeuristic::power ? power_heuristic(pdf, other) : balance_heuristic(pdf, other);
+    }
+
+    /// Light that the path met by chance.
+    template <class T, class Pdf>
+    static void add_emission(PathState<T>& path, const Vec3<T>& emission, Pdf light_pdf) {
+        if (is_black(emission)) return;
+        Vec3<T> radiance = path.throughput * emission;
+        if (path.depth > 0) {
+            if constexpr (strategy == PathStrategy::light) return;
+            if constexpr (strategy == PathStrategy::both) radiance *= mis_weight(path.bsdf_pdf, light_pdf());
+        }
+        path.result.radiance += radiance;
+    }
+
+    template <class S, class T, class B, class Stream>
+    static void aim_at_light(const S& scene, PathState<T>& path, const Surface<T>& surface, const Frame<T>& frame,
+                             const B& bsdf, const Vec3<T>& wo, std::uint32_t base, const Stream& stream) {
+        const LightSample<T> light = scene.sample_light(surface.position, stream.get_1d(base + dimensions::light_pick),
+                                                        stream.get_2d(base + dimensions::light_point));
+        if (!(light.pdf > 0) || !(dot(light.wi, surface.geometric_normal) > 0)) return;
+        const Vec3<T> wi = frame.to_local(light.wi);
+        const Vec3<T> value = bsdf.eval(wo, wi) * glm::abs(wi.z) * light.radiance * path.throughput;
+        if (is_black(value)) return;
+        T weight = 1;
+        if constexpr (strategy == PathStrategy::both)
+            if (!light.delta) weight = mis_weight(light.pdf, bsdf.pdf(wo, wi));
+        path.shadow_radiance = value * (weight / light.pdf);
+        path.shadow_ray = light.infinite
+                              ? spawn_ray(surface, light.wi)
+                              : spawn_ray_to(surface, light.target, light.target_error, light.target_normal);
+    }
+
+    template <class T, class B, class Stream>
+    void scatter(PathState<T>& path, const Surface<T>& surface, const Frame<T>& frame, const B& bsdf,
+                 const Vec3<T>& wo, std::uint32_t base, const Stream& stream) const {
+        const BsdfSample<T> bounce = bsdf.sample(wo, stream.get_2d(base + dimensions::direction));
+        const Vec3<T> wi = normalize(frame.to_world(bounce.wi));
+        path.alive = false;
+        if (!(bounce.pdf > 0) || !(dot(wi, surface.geometric_normal) > 0)) return;
+        path.throughput *= bounce.weight;
+        ++path.depth;
+        const T strength = max_component(path.throughput);
+        if (!(strength > 0) || !is_finite(strength)) return;
+        if (path.depth >= options.roulette_depth) {
+            const T survival = std::clamp(strength, T(0.05), T(1));
+            if (!(stream.get_1d(base + dimensions::roulette) < survival)) return;
+            path.throughput /= survival;
+        }
+        path.bsdf_pdf = bounce.pdf;
+        path.ray = spawn_ray(surface, wi);
+        path.alive = true;
+    }
+};
+
+} // namespace LAMBENT_ABI
+} // namespace lambent

@@ -1,0 +1,292 @@
+#pragma once
+#include <lambent/bvh/bvh.hpp>
+#include <lambent/core/numerics.hpp>
+#include <lambent/core/ray.hpp>
+#include <lambent/light/environment_light.hpp>
+#include <lambent/light/light_sample.hpp>
+#include <lambent/light/sphere_light.hpp>
+#include <lambent/light/triangle_light.hpp>
+#include <lambent/sampling/alias.hpp>
+#include <lambent/scene/scene.hpp>
+#include <lambent/scene/surface.hpp>
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// What integrators ask of a scene; another renderer's scene can be integrated by answering it.
+template <class S>
+concept RenderScene = requires(const S& scene, const Ray<typename S::Scalar>& ray, const Hit<typename S::Scalar>& hit,
+                               const Vec3<typename S::Scalar>& v, const Vec2<typename S::Scalar>& u,
+                               typename S::Scalar x) {
+    { scene.intersect(ray) } -> std::same_as<Hit<typename S::Scalar>>;
+    { scene.occluded(ray) } -> std::same_as<bool>;
+    { scene.surface(ray, hit) } -> std::same_as<Surface<typename S::Scalar>>;
+    { scene.background(v) } -> std::same_as<Vec3<typename S::Scalar>>;
+    { scene.sample_light(v, x, u) } -> std::same_as<LightSample<typename S::Scalar>>;
+    { scene.hit_light_pdf(ray, hit) } -> std::same_as<typename S::Scalar>;
+    { scene.background_pdf(v) } -> std::same_as<typename S::Scalar>;
+    { scene.has_lights() } -> std::same_as<bool>;
+};
+
+/// A scene made ready for rays: its tree, and the table from which lights are picked by power. Refers to the
+/// scene, which must stay as it is. Primitives are the triangles, then the spheres.
+template <class T>
+class PreparedScene {
+public:
+    using Scalar = T;
+
+    /// throws lambent::Error when the scene's arrays do not fit together
+    template <class E>
+    PreparedScene(const Scene<T>& scene, E& executor) : scene_(scene) {
+        scene.validate();
+        const auto mesh = triangles(scene.positions, scene.triangles);
+        bvh_ = BasicBvh<T>::build(mesh, BuildOptions{}, executor);
+        masked_ = std::any_of(scene.materials.begin(), scene.materials.end(),
+                              [](const Material& m) { return m.alpha_mode == AlphaMode::mask; });
+        environment_ = EnvironmentLight<T>(scene.environment.map, scene.environment.width, scene.environment.height,
+                                           scene.environment.scale, scene.environment.rotation);
+        collect_lights();
+    }
+    PreparedScene(Scene<T>&&, auto&) = delete;
+
+    const Scene<T>& scene() const { return scene_; }
+    const BasicBvh<T>& bvh() const { return bvh_; }
+    std::size_t light_count() const { return lights_.size(); }
+    bool has_lights() const { return !lights_.empty(); }
+
+    Hit<T> intersect(const Ray<T>& ray) const {
+        Hit<T> hit = masked_ ? bvh_.intersect(ray, alpha_test()) : bvh_.intersect(ray);
+        for (std::size_t i = 0; i < scene_.spheres.size(); ++i) {
+            const T t = scene_.spheres[i].intersect(ray, glm::min(hit.t, ray.t_max));
+            if (t < hit.t) hit = {.t = t, .primitive = std::uint32_t(scene_.triangles.size() + i)};
+        }
+        return hit;
+    }
+
+    bool occluded(const Ray<T>& ray) const {
+        for (const Sphere<T>& sphere : scene_.spheres)
+            if (sphere.intersect(ray, ray.t_max) < ray.t_max) return true;
+        return masked_ ? bvh_.occluded(ray, alpha_test()) : bvh_.occluded(ray);
+    }
+
+    /// The point where `ray`, of unit direction, met the scene.
+    Surface<T> surface(const Ray<T>& ray, const Hit<T>& hit) const {
+        Surface<T> s;
+        s.wo = -ray.direction;
+        s.distance = hit.t;
+        Vec2f texcoord(0);
+        Vec4f color(1);
+        if (is_sphere(hit.primitive)) {
+            const Sphere<T>& sphere = sphere_of(hit.primitive);
+            s.material = sphere.material;
+            s.geometric_normal = s.shading_normal = normalize(ray.origin + hit.t * ray.direction - sphere.center);
+            s.position = sphere.center + sphere.radius * s.geometric_normal;
+            s.position_error = gamma_bound<T>(8) * (abs(sphere.center) + Vec3<T>(sphere.radius));
+        } else {
+            const UVec3 t = scene_.triangles[hit.primitive];
+            s.material = scene_.triangle_materials[hit.primitive];
+            const T w = 1 - hit.u - hit.v;
+            const Vec3<T> p0 = scene_.positions[t[0]] * w, p1 = scene_.positions[t[1]] * hit.u,
+                          p2 = scene_.positions[t[2]] * hit.v;
+            s.position = p0 + p1 + p2;
+            s.position_error = gamma_bound<T>(7) * (abs(p0) + abs(p1) + abs(p2));
+            s.geometric_normal = triangle_normal(hit.primitive);
+            s.shading_normal = s.geometric_normal;
+            if (!scene_.normals.empty()) {
+                const Vec3<T> n = interpolate(scene_.normals, t, hit.u, hit.v);
+                const T length2 = dot(n, n);
+                if (length2 > T(1e-12)) s.shading_normal = n / std::sqrt(length2);
+            }
+            if (!scene_.texcoords.empty()) texcoord = Vec2f(interpolate(scene_.texcoords, t, hit.u, hit.v));
+            if (!scene_.colors.empty()) color = Vec4f(interpolate(scene_.colors, t, hit.u, hit.v));
+        }
+        const Material& material = scene_.materials[s.material];
+        const bool front = dot(s.geometric_normal, s.wo) >= 0;
+        if (!front) s.geometric_normal = -s.geometric_normal;
+        if (dot(s.shading_normal, s.geometric_normal) < 0) s.shading_normal = -s.shading_normal;
+        Vec3f albedo = material.base_color * Vec3f(color);
+        if (material.base_color_texture != no_texture)
+            albedo *= Vec3f(texture(material.base_color_texture).sample(texcoord.x, texcoord.y));
+        s.albedo = Vec3<T>(clamp(albedo, 0.0f, 1.0f));
+        if (material.emissive() && (front || material.double_sided)) s.emission = emission(material, texcoord);
+        return s;
+    }
+
+    Vec3<T> background(const Vec3<T>& direction) const {
+        return environment_.black() ? Vec3<T>(0) : environment_.radiance(direction);
+    }
+
+    /// Light at point `from`, from one light picked by power with `pick` and one direction to it; the pdf
+    /// includes the pick.
+    LightSample<T> sample_light(const Vec3<T>& from, T pick, const Vec2<T>& u) const {
+        const auto chosen = table_.sample(pick);
+        LightSample<T> s;
+        if (!(chosen.probability > 0)) return s;
+        const LightRef& light = lights_[chosen.index];
+        switch (light.kind) {
+        case LightKind::environment: s = environment_.sample(u); break;
+        case LightKind::punctual: s = scene_.punctual_lights[light.index].sample(from, scene_.origin); break;
+        case LightKind::sphere: {
+            const Sphere<T>& sphere = scene_.spheres[light.index];
+            s = SphereLight<T>{sphere.center, sphere.radius}.sample(from, u);
+            s.radiance = emission(scene_.materials[sphere.material], Vec2f(0));
+            break;
+        }
+        case LightKind::triangle: {
+            Vec2<T> barycentric(0);
+            bool front = false;
+            s = triangle_light(light.index).sample(from, u, barycentric, front);
+            const Material& material = scene_.materials[scene_.triangle_materials[light.index]];
+            if (!front && !material.double_sided) s.pdf = 0;
+            if (s.pdf > 0) s.radiance = emission(material, texcoord_at(light.index, barycentric));
+            break;
+        }
+        }
+        s.pdf *= chosen.probability;
+        return s;
+    }
+
+    /// Density per solid angle with which sample_light() at the ray's origin draws the ray's direction to
+    /// the light that it hit; 0 where that is none. The direction is of unit length.
+    T hit_light_pdf(const Ray<T>& ray, const Hit<T>& hit) const {
+        if (light_of_primitive_.empty()) return 0;
+        const std::uint32_t light = light_of_primitive_[hit.primitive];
+        if (light == no_light) return 0;
+        const T pick = table_.probability(light);
+        if (is_sphere(hit.primitive)) {
+            const Sphere<T>& sphere = sphere_of(hit.primitive);
+            return pick * SphereLight<T>{sphere.center, sphere.radius}.pdf(ray.origin);
+        }
+        return pick * triangle_light(hit.primitive).pdf(hit.t * hit.t, ray.direction);
+    }
+
+    T background_pdf(const Vec3<T>& direction) const {
+        return environment_index_ == no_light ? T(0)
+                                              : table_.probability(environment_index_) * environment_.pdf(direction);
+    }
+
+private:
+    enum class LightKind : std::uint8_t { triangle, sphere, punctual, environment };
+    struct LightRef {
+        LightKind kind;
+        std::uint32_t index;
+    };
+    static constexpr std::uint32_t no_light = 0xffffffffu;
+
+    bool is_sphere(std::uint32_t primitive) const { return primitive >= scene_.triangles.size(); }
+    const Sphere<T>& sphere_of(std::uint32_t primitive) const {
+        return scene_.spheres[primitive - scene_.triangles.size()];
+    }
+    const Texture& texture(std::int32_t index) const { return scene_.textures[std::size_t(index)]; }
+
+    template <class Attribute>
+    static auto interpolate(const std::vector<Attribute>& values, const UVec3& t, T u, T v) {
+        const float b = float(u), c = float(v);
+        return values[t[0]] * (1 - b - c) + values[t[1]] * b + values[t[2]] * c;
+    }
+    Vec2f texcoord_at(std::uint32_t triangle, const Vec2<T>& b) const {
+        return scene_.texcoords.empty() ? Vec2f(0) : interpolate(scene_.texcoords, scene_.triangles[triangle], b.x, b.y);
+    }
+
+    /// Radiance of a material's lit side.
+    Vec3<T> emission(const Material& material, const Vec2f& texcoord) const {
+        Vec3f e = material.emission;
+        if (material.emission_texture != no_texture)
+            e *= Vec3f(texture(material.emission_texture).sample(texcoord.x, texcoord.y));
+        return Vec3<T>(e);
+    }
+
+    TriangleLight<T> triangle_light(std::uint32_t triangle) const {
+        const UVec3 t = scene_.triangles[triangle];
+        return {{scene_.positions[t[0]], scene_.positions[t[1]], scene_.positions[t[2]]}};
+    }
+
+    /// Unit normal of the front. The tree holds no triangle without area, but the product may still vanish.
+    Vec3<T> triangle_normal(std::uint32_t triangle) const {
+        const UVec3 t = scene_.triangles[triangle];
+        const Vec3<T> a = scene_.positions[t[1]] - scene_.positions[t[0]];
+        const Vec3<T> b = scene_.positions[t[2]] - scene_.positions[t[0]];
+        const T scale = glm::max(max_component(abs(a)), max_component(abs(b)));
+        const Vec3<T> n = robust_cross(a / scale, b / scale);
+        const T size = length(n);
+        return size > 0 ? n / size : Vec3<T>(0, 0, 1);
+    }
+
+    /// Whether there is a surface where a ray would meet a triangle: false in the holes of a mask.
+    auto alpha_test() const {
+        return [this](std::uint32_t primitive, T u, T v, T /*t*/) {
+            const Material& m = scene_.materials[scene_.triangle_materials[primitive]];
+            if (m.alpha_mode != AlphaMode::mask) return true;
+            const Vec2f texcoord = texcoord_at(primitive, {u, v});
+            float alpha = m.alpha;
+            if (!scene_.colors.empty()) alpha *= interpolate(scene_.colors, scene_.triangles[primitive], u, v).w;
+            if (m.base_color_texture != no_texture)
+                alpha *= texture(m.base_color_texture).sample(texcoord.x, texcoord.y).w;
+            if (m.alpha_texture != no_texture) alpha *= texture(m.alpha_texture).sample(texcoord.x, texcoord.y).x;
+            return alpha >= m.alpha_cutoff;
+        };
+    }
+
+    void collect_lights() {
+        std::vector<double> powers;
+        const auto add = [&](LightKind kind, std::size_t index, double power) {
+            if (!(power > 0) || !is_finite(power)) return no_light;
+            lights_.push_back({kind, std::uint32_t(index)});
+            powers.push_back(power);
+            return std::uint32_t(lights_.size() - 1);
+        };
+        std::vector<std::uint32_t> of_primitive(scene_.triangles.size() + scene_.spheres.size(), no_light);
+        for (std::size_t i = 0; i < scene_.triangles.size(); ++i) {
+            const Material& m = scene_.materials[scene_.triangle_materials[i]];
+            if (m.emissive()) of_primitive[i] = add(LightKind::triangle, i, triangle_power(std::uint32_t(i), m));
+        }
+        for (std::size_t i = 0; i < scene_.spheres.size(); ++i) {
+            const Sphere<T>& s = scene_.spheres[i];
+            const double area = 4 * pi<double> * double(s.radius) * double(s.radius);
+            const double power = pi<double> * area * luminance(Vec3d(emission(scene_.materials[s.material], Vec2f(0))));
+            of_primitive[scene_.triangles.size() + i] = add(LightKind::sphere, i, power);
+        }
+        if (!lights_.empty()) light_of_primitive_ = std::move(of_primitive);
+        const Bounds3<double> bounds = scene_.bounds();
+        const double radius = bounds.empty() ? 1.0 : std::max(1e-30, length(bounds.size()) / 2);
+        for (std::size_t i = 0; i < scene_.punctual_lights.size(); ++i)
+            add(LightKind::punctual, i, scene_.punctual_lights[i].power(radius));
+        if (!environment_.black())
+            environment_index_ = add(LightKind::environment, 0, 4 * pi<double> * pi<double> * radius * radius *
+                                                                    double(environment_.mean_luminance()));
+        table_ = AliasTable(std::span<const double>(powers));
+    }
+
+    /// π · area · mean emission; a texture is looked at in a few places, and never counts for nothing.
+    double triangle_power(std::uint32_t triangle, const Material& m) const {
+        const double area = length(Vec3d(triangle_light(triangle).area_vector())) / 2;
+        double mean = luminance(Vec3d(m.emission));
+        if (m.emission_texture != no_texture) {
+            constexpr int side = 4;
+            double sum = 0;
+            for (int i = 0; i < side * side; ++i) {
+                const Vec2<T> u((T(i % side) + T(0.5)) / side, (T(i / side) + T(0.5)) / side);
+                sum += luminance(Vec3d(emission(m, texcoord_at(triangle, square_to_triangle(u)))));
+            }
+            mean = std::max(sum / (side * side), mean * 0.01);
+        }
+        return pi<double> * area * (m.double_sided ? 2 : 1) * mean;
+    }
+
+    const Scene<T>& scene_;
+    BasicBvh<T> bvh_;
+    bool masked_ = false;
+    EnvironmentLight<T> environment_;
+    std::vector<LightRef> lights_;
+    std::vector<std::uint32_t> light_of_primitive_;
+    std::uint32_t environment_index_ = no_light;
+    AliasTable table_;
+};
+
+} // namespace LAMBENT_ABI
+} // namespace lambent

@@ -1,0 +1,59 @@
+#pragma once
+#include <lambent/core/numerics.hpp>
+#include <lambent/core/ray.hpp>
+#include <lambent/core/vec.hpp>
+#include <limits>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// What an integrator needs to know of the point where a ray met a surface.
+template <class T>
+struct Surface {
+    Vec3<T> position{0};         ///< relative to the scene's origin
+    Vec3<T> position_error{0};   ///< bound on its rounding error, an axis each
+    Vec3<T> geometric_normal{0}; ///< unit, on the viewer's side
+    Vec3<T> shading_normal{0};   ///< unit, on the same side
+    Vec3<T> wo{0};               ///< unit, to the viewer
+    Vec3<T> albedo{0};           ///< linear reflectance in [0, 1]
+    Vec3<T> emission{0};         ///< radiance towards the viewer
+    T distance = 0;              ///< from the ray's origin
+    std::uint32_t material = 0;
+};
+
+/// The point from which a ray may leave a surface in `direction` without meeting it again: moved along the
+/// normal by as much as the position may be wrong, then rounded away. No absolute epsilon, any scale.
+/// source  Pharr, Jakob, Humphreys, Physically Based Rendering, 4th edition, 6.8.6
+template <class T>
+inline Vec3<T> leave_surface(const Vec3<T>& position, const Vec3<T>& error, const Vec3<T>& normal,
+                             const Vec3<T>& direction) {
+    const T distance = dot(abs(normal), error);
+    const Vec3<T> offset = dot(direction, normal) < 0 ? -distance * normal : distance * normal;
+    Vec3<T> p = position + offset;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (offset[axis] > 0) p[axis] = next_up(p[axis]);
+        else if (offset[axis] < 0) p[axis] = next_down(p[axis]);
+    }
+    return p;
+}
+
+/// The ray that leaves `surface` in unit direction wi.
+template <class T>
+inline Ray<T> spawn_ray(const Surface<T>& surface, const Vec3<T>& wi) {
+    return {.origin = leave_surface(surface.position, surface.position_error, surface.geometric_normal, wi),
+            .direction = wi};
+}
+
+/// The ray from `surface` up to just before `target`, whose own error and normal keep the ray off the
+/// surface that target lies on.
+template <class T>
+inline Ray<T> spawn_ray_to(const Surface<T>& surface, const Vec3<T>& target, const Vec3<T>& target_error,
+                           const Vec3<T>& target_normal) {
+    const Vec3<T> way = target - surface.position;
+    const Vec3<T> from = leave_surface(surface.position, surface.position_error, surface.geometric_normal, way);
+    const Vec3<T> to = leave_surface(target, target_error, target_normal, -way);
+    return {.origin = from, .direction = to - from, .t_max = 1 - 4 * std::numeric_limits<T>::epsilon()};
+}
+
+} // namespace LAMBENT_ABI
+} // namespace lambent
