@@ -17,19 +17,18 @@ namespace detail {
 /// source  cycle walking: Black, Rogaway, CT-RSA 2002; for strata: Kensler, Pixar TM 13-01 (2013)
 constexpr std::uint32_t permute(std::uint32_t i, std::uint32_t n, std::uint64_t key) {
     const std::uint32_t mask = std::bit_ceil(n) - 1u;
-    const int shift = (int(std::bit_width(mask)) + 1) / 2;
-    const auto low = std::uint32_t(key), high = std::uint32_t(key >> 32);
-    if (n > 3) { // below, the rotation says it all
-        do {
-            i = ((i ^ low) * (high | 1u)) & mask;
+    const int shift = (int(std::bit_width(mask)) + 1) / 2; // 0 only where mask is
+    const std::uint64_t more = mix_bits(key);
+    const std::uint32_t keys[] = {std::uint32_t(key), std::uint32_t(key >> 32), std::uint32_t(more),
+                                  std::uint32_t(more >> 32)};
+    do {
+        for (unsigned round = 0; round < 6; ++round) { // with fewer, some pairs of places are dealt more often
+            const std::uint32_t k = keys[round % 4];
+            i = ((i + k) * (k >> (8 + round / 4 * 4) | 1u)) & mask;
             i ^= i >> shift;
-            i = ((i + (high >> 3)) * 0xd35a2d97u) & mask;
-            i ^= i >> shift;
-            i = ((i ^ (low >> 9)) * ((low >> 2) | 1u)) & mask;
-            i ^= i >> shift;
-        } while (i >= n);
-    }
-    i += to_range(std::uint32_t(mix_bits(key)), n);
+        }
+    } while (i >= n);
+    i += to_range(keys[3] * 0x9e3779b9u, n);
     return i >= n ? i - n : i;
 }
 } // namespace detail
