@@ -1,0 +1,89 @@
+#pragma once
+#include <lambent/core/error.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+namespace detail {
+
+struct CloseFile {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using OpenFile = std::unique_ptr<std::FILE, CloseFile>;
+
+/// Size in bytes of a regular file.
+/// throws lambent::Error when there is none: folders, pipes and devices can't be loaded
+inline std::uint64_t file_size(const std::string& path) {
+    std::error_code error;
+    const auto status = std::filesystem::status(path, error);
+    require(std::filesystem::exists(status), [&] { return path + ": no such file"; });
+    require(std::filesystem::is_regular_file(status), [&] { return path + ": not a regular file"; });
+    const std::uint64_t size = std::filesystem::file_size(path, error);
+    require(!error, [&] { return path + ": " + error.message(); });
+    return size;
+}
+
+/// All bytes of a regular file.
+/// throws lambent::Error when it can't be read
+inline std::string read_file(const std::string& path) {
+    std::string bytes(file_size(path), '\0');
+    const OpenFile file(std::fopen(path.c_str(), "rb"));
+    require(file != nullptr, [&] { return path + ": cannot be opened for reading"; });
+    const std::size_t got = std::fread(bytes.data(), 1, bytes.size(), file.get());
+    require(got == bytes.size(), [&] {
+        return path + ": read " + std::to_string(got) + " of " + std::to_string(bytes.size()) + " bytes";
+    });
+    return bytes;
+}
+
+/// The folder of `path` with its closing slash; empty for a file of the working folder.
+inline std::string folder_of(const std::string& path) {
+    const std::size_t slash = path.find_last_of('/');
+    return slash == std::string::npos ? std::string() : path.substr(0, slash + 1);
+}
+
+/// The extension in lower case, without its dot.
+inline std::string extension_of(const std::string& path) {
+    std::string extension = std::filesystem::path(path).extension().string();
+    if (!extension.empty()) extension.erase(0, 1);
+    for (char& c : extension)
+        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+    return extension;
+}
+
+/// A file under way: written to a name beside `path` and renamed by commit(), so that `path` is either
+/// complete or untouched; without commit() nothing is left behind.
+class PendingFile {
+public:
+    explicit PendingFile(const std::string& path) : path_(path), temporary_(path + ".part") {}
+    PendingFile(const PendingFile&) = delete;
+    PendingFile& operator=(const PendingFile&) = delete;
+    ~PendingFile() {
+        std::error_code ignored;
+        if (!committed_) std::filesystem::remove(temporary_, ignored);
+    }
+
+    const std::string& name() const { return temporary_; }
+
+    /// throws lambent::Error when the file cannot be renamed
+    void commit() {
+        std::error_code error;
+        std::filesystem::rename(temporary_, path_, error);
+        require(!error, [&] { return path_ + ": " + error.message(); });
+        committed_ = true;
+    }
+
+private:
+    std::string path_, temporary_;
+    bool committed_ = false;
+};
+
+} // namespace detail
+} // namespace LAMBENT_ABI
+} // namespace lambent

@@ -1,0 +1,146 @@
+#pragma once
+#include <lambent/core/error.hpp>
+#include <lambent/io/file.hpp>
+#include <lambent/scene/texture.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+#if defined(LAMBENT_HAS_OIIO) // set by the target lambent::image, which links OpenImageIO
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#endif
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// Whether this program can decode PNG, JPEG and Radiance HDR: whether it links lambent::image.
+#if defined(LAMBENT_HAS_OIIO)
+inline constexpr bool can_read_images = true;
+#else
+inline constexpr bool can_read_images = false;
+#endif
+
+namespace detail {
+
+enum class ImageFormat : std::uint8_t { unknown, png, jpeg, hdr, exr, ktx2, webp };
+
+/// The format by its first bytes; names lie.
+inline ImageFormat image_format(std::string_view bytes) {
+    using namespace std::string_view_literals;
+    if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return ImageFormat::png;
+    if (bytes.starts_with("\xff\xd8\xff"sv)) return ImageFormat::jpeg;
+    if (bytes.starts_with("#?RADIANCE"sv) || bytes.starts_with("#?RGBE"sv)) return ImageFormat::hdr;
+    if (bytes.starts_with("\x76\x2f\x31\x01"sv)) return ImageFormat::exr;
+    if (bytes.starts_with("\xabKTX 20\xbb"sv)) return ImageFormat::ktx2;
+    if (bytes.size() >= 12 && bytes.starts_with("RIFF"sv) && bytes.substr(8, 4) == "WEBP"sv) return ImageFormat::webp;
+    return ImageFormat::unknown;
+}
+
+/// OpenImageIO's name of a reader that we trust with foreign bytes; fails for every other format.
+inline const char* trusted_reader(ImageFormat format, const std::string& name) {
+    switch (format) {
+    case ImageFormat::png: return "png";
+    case ImageFormat::jpeg: return "jpeg";
+    case ImageFormat::hdr: return "hdr";
+    case ImageFormat::exr: fail(name + ": an EXR image, which is read as an environment only");
+    case ImageFormat::ktx2: fail(name + ": KTX2 images are not supported, only PNG and JPEG");
+    case ImageFormat::webp: fail(name + ": WebP images are not supported, only PNG and JPEG");
+    case ImageFormat::unknown: break;
+    }
+    fail(name + ": not a PNG or JPEG image");
+}
+
+/// Pixels as decoded: 1 to 4 interleaved channels.
+template <class Value>
+struct RawImage {
+    int width = 0, height = 0, channels = 0;
+    std::vector<Value> values;
+};
+
+/// Decodes a file in memory with the reader that its first bytes ask for, never another.
+/// throws lambent::Error with `name` when it can't, before allocating more than max_pixels
+template <class Value>
+RawImage<Value> decode_image(std::string_view bytes, const std::string& name, std::size_t max_pixels) {
+    const char* const reader = trusted_reader(image_format(bytes), name);
+#if defined(LAMBENT_HAS_OIIO)
+    namespace oiio = OIIO;
+    const auto input = oiio::ImageInput::create(reader);
+    require(input != nullptr, [&] { return name + ": OpenImageIO has no reader '" + reader + "'"; });
+    oiio::Filesystem::IOMemReader memory(const_cast<char*>(bytes.data()), bytes.size()); // it only reads
+    oiio::ImageSpec config, spec;
+    config.attribute("oiio:UnassociatedAlpha", 1);
+    const bool opened = input->set_ioproxy(&memory) && input->open(std::string("memory.") + reader, spec, config);
+    require(opened, [&] { return name + ": " + input->geterror(); });
+    require(spec.width > 0 && spec.height > 0 && spec.depth == 1 && spec.nchannels > 0 &&
+                std::size_t(spec.height) <= max_pixels / std::size_t(spec.width),
+            [&] { return name + ": an image of " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+                         " pixels, over the limit of " + std::to_string(max_pixels); });
+    RawImage<Value> image{spec.width, spec.height, std::min(spec.nchannels, 4), {}};
+    image.values.resize(std::size_t(image.width) * std::size_t(image.height) * std::size_t(image.channels));
+    const auto type = sizeof(Value) == 1 ? oiio::TypeDesc::UINT8 : oiio::TypeDesc::FLOAT;
+    const bool read = input->read_image(0, 0, 0, image.channels, type, image.values.data());
+    require(read, [&] { return name + ": " + input->geterror(); });
+    return image;
+#else
+    static_cast<void>(max_pixels);
+    fail(name + ": this program was built without OpenImageIO and cannot read " + reader + " images");
+#endif
+}
+
+} // namespace detail
+
+/// Decodes a PNG or JPEG file in memory to RGBA8: grey is spread, a missing alpha is 1, 16 bits are rounded to 8.
+/// throws lambent::Error with `name` on anything else, damaged data, or more than max_pixels
+inline Texture decode_texture(std::string_view bytes, const std::string& name,
+                              std::size_t max_pixels = std::size_t(1) << 28) {
+    const detail::RawImage<std::uint8_t> image = detail::decode_image<std::uint8_t>(bytes, name, max_pixels);
+    Texture texture;
+    texture.width = image.width;
+    texture.height = image.height;
+    texture.name = name;
+    const std::size_t pixels = std::size_t(image.width) * std::size_t(image.height);
+    const std::size_t channels = std::size_t(image.channels);
+    const bool grey = channels < 3, alpha = channels % 2 == 0;
+    texture.rgba.resize(4 * pixels);
+    for (std::size_t i = 0; i < pixels; ++i) {
+        const std::uint8_t* in = &image.values[channels * i];
+        std::uint8_t* out = &texture.rgba[4 * i];
+        out[0] = in[0];
+        out[1] = grey ? in[0] : in[1];
+        out[2] = grey ? in[0] : in[2];
+        out[3] = alpha ? in[channels - 1] : std::uint8_t(255);
+    }
+    return texture;
+}
+
+/// decode_texture() of a file.
+inline Texture read_texture(const std::string& path, std::size_t max_pixels = std::size_t(1) << 28) {
+    return decode_texture(detail::read_file(path), path, max_pixels);
+}
+
+/// Writes width · height sRGB-encoded RGB8 pixels as PNG. The file appears whole or not at all.
+/// throws lambent::Error when the sizes do not fit or the file cannot be written
+inline void write_png(const std::string& path, int width, int height, std::span<const std::uint8_t> rgb) {
+    require(width > 0 && height > 0 && rgb.size() == 3 * std::size_t(width) * std::size_t(height), [&] {
+        return path + ": " + std::to_string(rgb.size()) + " bytes for an RGB image of " + std::to_string(width) +
+               " x " + std::to_string(height);
+    });
+#if defined(LAMBENT_HAS_OIIO)
+    detail::PendingFile pending(path);
+    const auto output = OIIO::ImageOutput::create("png");
+    require(output != nullptr, [&] { return path + ": OpenImageIO cannot write PNG"; });
+    const OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
+    const bool written = output->open(pending.name(), spec) &&
+                         output->write_image(OIIO::TypeDesc::UINT8, rgb.data()) && output->close();
+    require(written, [&] { return path + ": " + output->geterror(); });
+    pending.commit();
+#else
+    fail(path + ": this program was built without OpenImageIO and cannot write PNG");
+#endif
+}
+
+} // namespace LAMBENT_ABI
+} // namespace lambent

@@ -1,0 +1,21 @@
+#pragma once
+#include <lambent/io/file.hpp>
+#include <lambent/io/gltf.hpp>
+#include <lambent/io/obj.hpp>
+#include <string>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// Loads a scene by its file's extension: .gltf, .glb, .obj.
+/// throws lambent::Error on another extension, and what load_gltf() and load_obj() throw
+template <class T = float>
+Scene<T> load_scene(const std::string& path, const LoadOptions& options = {}) {
+    const std::string extension = detail::extension_of(path);
+    if (extension == "gltf" || extension == "glb") return load_gltf<T>(path, options);
+    if (extension == "obj") return load_obj<T>(path, options);
+    fail(path + ": unknown kind of scene; supported are .gltf, .glb and .obj");
+}
+
+} // namespace LAMBENT_ABI
+} // namespace lambent
