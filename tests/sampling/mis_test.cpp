@@ -5,11 +5,12 @@
 using namespace lambent;
 using namespace lambent_test;
 
+// Compiled with -ffast-math too, where only bits tell an infinity.
 TEST_CASE_TEMPLATE("mis: finite weights that sum to 1 within 2 ulp over the whole range", T, float, double) {
     constexpr std::uint64_t seed = 201;
     INFO("seed " << seed);
     Random random(seed);
-    const T infinity = std::numeric_limits<T>::infinity(), ulp = std::numeric_limits<T>::epsilon();
+    const T infinity = std::bit_cast<T>(detail::FloatBits<T>::exponent), ulp = std::numeric_limits<T>::epsilon();
     const double range = std::is_same_v<T, float> ? 87.4 : 708; // natural logarithm of 1e±38, 1e±307
     const auto draw = [&]() -> T {
         const std::uint32_t kind = random.below(16);
@@ -27,10 +28,10 @@ TEST_CASE_TEMPLATE("mis: finite weights that sum to 1 within 2 ulp over the whol
             const bool none = a == 0 && b == 0;
             bad += none && (wa != 0 || wb != 0);
             bad += a == 0 && wa != 0;
-            bad += a == infinity && b != infinity && wa != 1;
+            bad += !is_finite(a) && is_finite(b) && wa != 1;
             if (!none) bad += std::abs(wa + wb - 1) > 2 * ulp;
             // The exact weight, from logarithms in long double.
-            if (a > 0 && b > 0 && a != infinity && b != infinity && i < 300000) {
+            if (is_finite(a) && is_finite(b) && a > 0 && b > 0 && i < 300000) {
                 const long double ratio = (static_cast<long double>(b)) / a;
                 const long double exact = 1 / (1 + (power ? ratio * ratio : ratio));
                 worst = std::max(worst, double(std::abs(wa - exact)));
@@ -41,13 +42,15 @@ TEST_CASE_TEMPLATE("mis: finite weights that sum to 1 within 2 ulp over the whol
     CHECK(worst < 4 * double(ulp));
 }
 
-TEST_CASE("mis: known values, and NaN weighs nothing") {
+TEST_CASE("mis: known values; NaN weighs nothing") {
     CHECK(balance_heuristic(1.0f, 3.0f) == 0.25f);
     CHECK(power_heuristic(1.0f, 3.0f) == doctest::Approx(0.1));
     CHECK(power_heuristic(2.0, 2.0) == 0.5);
     CHECK(power_heuristic(1e20f, 1e20f) == 0.5f);
     CHECK(power_heuristic(1e-23f, 1e-23f) == 0.5f);
+#if !defined(__FAST_MATH__)
     CHECK(balance_heuristic(INFINITY, INFINITY) == 0.5f);
     CHECK(balance_heuristic(NAN, 1.0f) == 0.0f);
     CHECK(balance_heuristic(1.0f, NAN) == 1.0f);
+#endif
 }

@@ -39,7 +39,11 @@ public:
     template <class F>
     void parallel_for(std::size_t n, std::size_t grain, F&& f) {
         grain = std::max<std::size_t>(grain, 1);
-        for (std::size_t begin = 0; begin < n; begin += grain) f(begin, std::min(n, begin + grain));
+        for (std::size_t begin = 0; begin < n;) {
+            const std::size_t end = begin + std::min(grain, n - begin);
+            f(begin, end);
+            begin = end;
+        }
     }
 };
 
@@ -109,9 +113,9 @@ private:
     void run(Job& job) {
         inside() = true;
         while (!job.failed.load(std::memory_order_relaxed)) {
-            const std::size_t begin = job.next.fetch_add(job.grain, std::memory_order_relaxed);
-            if (begin >= job.n) break;
-            const std::size_t end = std::min(job.n, begin + job.grain);
+            const std::size_t range = job.next.fetch_add(1, std::memory_order_relaxed); // counted, so that no end wraps
+            if (range > (job.n - 1) / job.grain) break;
+            const std::size_t begin = range * job.grain, end = begin + std::min(job.grain, job.n - begin);
 #if defined(__cpp_exceptions)
             try {
                 job.call(job.function, begin, end);
