@@ -3,6 +3,7 @@
 #include <lambent/io/exr.hpp>
 #include <lambent/scene/camera.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -134,19 +135,19 @@ inline bool find_plane(const ExrImage& image, std::initializer_list<const char*>
                        std::initializer_list<std::string_view> suffix_sets, Plane<T, C>& plane) {
     for (const char* layer : layers)
         for (const std::string_view suffixes : suffix_sets) {
-            const ExrChannel* found[C] = {};
-            int count = 0;
-            for (int c = 0; c < C; ++c)
+            std::array<const ExrChannel*, std::size_t(C)> found{};
+            std::size_t count = 0;
+            for (std::size_t c = 0; c < found.size(); ++c)
                 for (const ExrChannel& channel : image.channels)
-                    if (found[c] == nullptr && channel_suffix(channel.name) == suffixes.substr(std::size_t(c), 1) &&
+                    if (found[c] == nullptr && channel_suffix(channel.name) == suffixes.substr(c, 1) &&
                         layer_key(channel.name) == layer) {
                         found[c] = &channel;
                         ++count;
                     }
-            if (count < C) continue;
+            if (count < found.size()) continue;
             plane.allocate(image.width, image.height);
             for (std::size_t i = 0; i < plane.values().size(); ++i)
-                plane.values()[i] = T(found[i % std::size_t(C)]->values[i / std::size_t(C)]);
+                plane.values()[i] = T(found[i % found.size()]->values[i / found.size()]);
             return true;
         }
     return false;

@@ -2,6 +2,7 @@
 #include <lambent/core/error.hpp>
 #include <lambent/io/file.hpp>
 #include <lambent/scene/texture.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>

@@ -9,6 +9,7 @@
 #include <lambent/io/recentre.hpp>
 #include <lambent/io/textures.hpp>
 #include <lambent/scene/scene.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
