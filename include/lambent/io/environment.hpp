@@ -32,7 +32,8 @@ inline Environment read_environment(const std::string& path, std::vector<std::st
         for (std::size_t i = 0; i < environment.map.size(); ++i)
             environment.map[i] = {r->values[i], g->values[i], b->values[i]};
     } else {
-        require(format == detail::ImageFormat::hdr, [&] { return path + ": not an OpenEXR or Radiance HDR image"; });
+        require(format == detail::ImageFormat::hdr,
+                [&] { return path + ": not an OpenEXR or Radiance HDR image"; });
         const auto image = detail::decode_image<float>(bytes, path, max_pixels);
         require(image.channels >= 3, [&] { return path + ": an environment needs three channels"; });
         environment.width = image.width;

@@ -105,7 +105,8 @@ inline void add_attributes(Imf::Header& header, const std::map<std::string, ExrV
     for (const auto& [name, value] : attributes) {
         if (const int* i = std::get_if<int>(&value)) header.insert(name, Imf::IntAttribute(*i));
         if (const double* d = std::get_if<double>(&value)) header.insert(name, Imf::DoubleAttribute(*d));
-        if (const std::string* s = std::get_if<std::string>(&value)) header.insert(name, Imf::StringAttribute(*s));
+        if (const std::string* s = std::get_if<std::string>(&value))
+            header.insert(name, Imf::StringAttribute(*s));
         if (const Mat4d* m = std::get_if<Mat4d>(&value))
             header.insert(name, Imf::M44fAttribute(row_vector_matrix(*m)));
     }
@@ -174,8 +175,10 @@ inline ExrImage read_exr(const std::string& path, std::size_t max_pixels = std::
             const std::int64_t height = std::int64_t(window.max.y) - window.min.y + 1;
             require(width > 0 && height > 0 && std::uint64_t(width) <= max_pixels &&
                         std::uint64_t(height) <= max_pixels / std::uint64_t(width),
-                    [&] { return "its size, " + std::to_string(width) + " x " + std::to_string(height) +
-                                 ", is over the limit of " + std::to_string(max_pixels) + " pixels"; });
+                    [&] {
+                        return "its size, " + std::to_string(width) + " x " + std::to_string(height) +
+                               ", is over the limit of " + std::to_string(max_pixels) + " pixels";
+                    });
             if (image.channels.empty()) {
                 image.width = int(width);
                 image.height = int(height);
@@ -186,9 +189,11 @@ inline ExrImage read_exr(const std::string& path, std::size_t max_pixels = std::
             for (auto it = header.channels().begin(); it != header.channels().end(); ++it) ++planes;
             require(planes <= (std::uint64_t(1) << 20) &&
                         std::uint64_t(width * height) <= 4096 * bytes / std::max<std::uint64_t>(planes, 1),
-                    [&] { return "a file of " + std::to_string(bytes) + " bytes claims " +
-                                 std::to_string(planes) + " channels of " + std::to_string(width) + " x " +
-                                 std::to_string(height) + " pixels"; });
+                    [&] {
+                        return "a file of " + std::to_string(bytes) + " bytes claims " +
+                               std::to_string(planes) + " channels of " + std::to_string(width) + " x " +
+                               std::to_string(height) + " pixels";
+                    });
             detail::read_exr_part(file, part, image);
         }
         require(!image.channels.empty(), "it has no image that can be read");
@@ -228,7 +233,8 @@ inline void write_exr(const std::string& path, const ExrImage& image) {
                 // OpenEXR's slices are not const, but writing only reads them.
                 char* values = reinterpret_cast<char*>(const_cast<float*>(channel.values.data()));
                 header.channels().insert(channel.name, Imf::Channel(Imf::FLOAT));
-                frame.insert(channel.name, Imf::Slice(Imf::FLOAT, values, sizeof(float), sizeof(float) * width));
+                frame.insert(channel.name,
+                             Imf::Slice(Imf::FLOAT, values, sizeof(float), sizeof(float) * width));
             }
         }
         Imf::OutputFile file(pending.name().c_str(), header);

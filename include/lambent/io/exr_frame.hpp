@@ -22,12 +22,12 @@ enum class ExrPrecision : std::uint8_t {
 /// How a frame is written.
 template <class T>
 struct ExrFrameOptions {
-    PixelView<const T, 3> denoised{};                 ///< becomes R G B, the radiance noisy.*; absent: R G B
+    PixelView<const T, 3> denoised{}; ///< becomes R G B, the radiance noisy.*; absent: R G B
     ExrPrecision precision = ExrPrecision::compact;
-    std::optional<std::vector<std::string>> layers{}; ///< which of "noisy", "albedo", "illumination", "emission",
-                                                      ///< "N", "P", "Z", "material", "samples", "variance" to
-                                                      ///< write; unset: all that the frame has
-    std::map<std::string, ExrValue> attributes{};     ///< spp, seed, version … and camera_attributes()
+    std::optional<std::vector<std::string>> layers{}; ///< which of "noisy", "albedo", "illumination",
+                                                      ///< "emission", "N", "P", "Z", "material", "samples",
+                                                      ///< "variance" to write; unset: all that the frame has
+    std::map<std::string, ExrValue> attributes{}; ///< spp, seed, version … and camera_attributes()
 };
 
 /// The standard attributes worldToCamera and worldToNDC (RenderMan's left-handed camera space, +z ahead; NDC
@@ -63,15 +63,17 @@ ExrImage to_exr(const PixelData<T>& frame, const ExrFrameOptions<T>& options = {
     ExrImage image;
     image.attributes = options.attributes;
     const auto wanted = [&](const std::string& layer) {
-        return !options.layers || std::find(options.layers->begin(), options.layers->end(), layer) !=
-                                      options.layers->end();
+        return !options.layers ||
+               std::find(options.layers->begin(), options.layers->end(), layer) != options.layers->end();
     };
-    const auto write = [&](const std::string& layer, std::string_view suffixes, const auto& view, ExrType type) {
+    const auto write = [&](const std::string& layer, std::string_view suffixes, const auto& view,
+                           ExrType type) {
         if (view.absent()) return;
         const std::size_t first = image.channels.size();
         image.add(layer, suffixes, view, type);
         const auto beyond_half = [](const ExrChannel& c) {
-            return std::any_of(c.values.begin(), c.values.end(), [](float v) { return std::abs(v) > 65504.0f; });
+            return std::any_of(c.values.begin(), c.values.end(),
+                               [](float v) { return std::abs(v) > 65504.0f; });
         };
         const auto begin = image.channels.begin() + std::ptrdiff_t(first);
         if (options.precision == ExrPrecision::full || std::any_of(begin, image.channels.end(), beyond_half))
@@ -165,7 +167,8 @@ PixelData<T> frame_from_exr(const ExrImage& image) {
     PixelData<T> frame;
     frame.width = image.width;
     frame.height = image.height;
-    require(detail::find_plane(image, {"noisy", "noisy image", "combined", "", "rgba", "beauty", "color", "image"},
+    require(detail::find_plane(image,
+                               {"noisy", "noisy image", "combined", "", "rgba", "beauty", "color", "image"},
                                {"RGB"}, frame.radiance),
             [&] {
                 std::string names;

@@ -42,7 +42,8 @@ inline Mat4d gltf_node_matrix(const tinygltf::Node& node, const std::string& whe
     }
     if (node.scale.size() == 3)
         for (int k = 0; k < 3; ++k) m[k] *= node.scale[std::size_t(k)];
-    if (node.translation.size() == 3) m[3] = {node.translation[0], node.translation[1], node.translation[2], 1};
+    if (node.translation.size() == 3)
+        m[3] = {node.translation[0], node.translation[1], node.translation[2], 1};
     return m;
 }
 
@@ -93,14 +94,17 @@ private:
             open.pop_back();
             const auto index = std::size_t(placed.node);
             const std::string where = path_ + ": /nodes/" + std::to_string(placed.node);
-            require(!seen[index], [&] { return where + ": the node is reached twice, by a cycle or by two parents"; });
+            require(!seen[index],
+                    [&] { return where + ": the node is reached twice, by a cycle or by two parents"; });
             seen[index] = 1;
             const tinygltf::Node& node = model_.nodes[index];
             placed.matrix = placed.matrix * gltf_node_matrix(node, where);
             for (int k = 0; k < 4; ++k)
                 for (int r = 0; r < 4; ++r)
-                    require(is_finite(placed.matrix[k][r]), [&] { return where + ": its world transform overflows"; });
-            for (auto it = node.children.rbegin(); it != node.children.rend(); ++it) open.push_back({*it, placed.matrix});
+                    require(is_finite(placed.matrix[k][r]),
+                            [&] { return where + ": its world transform overflows"; });
+            for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
+                open.push_back({*it, placed.matrix});
             out.push_back(placed);
         }
         return out;
@@ -114,7 +118,8 @@ private:
         std::vector<int> roots;
         for (std::size_t i = 0; i < child.size(); ++i)
             if (!child[i]) roots.push_back(int(i));
-        if (!roots.empty()) scene_.notes.push_back(path_ + ": the file names no scene; all its nodes are taken");
+        if (!roots.empty())
+            scene_.notes.push_back(path_ + ": the file names no scene; all its nodes are taken");
         return roots;
     }
 
@@ -128,8 +133,9 @@ private:
                 triangles += gltf_triangle_count(model_, p);
                 vertices += model_.accessors[std::size_t(p.attributes.at("POSITION"))].count;
                 require(triangles <= options_.max_triangles && vertices <= options_.max_vertices, [&] {
-                    return path_ + ": its instances unroll to more than " + std::to_string(options_.max_triangles) +
-                           " triangles or " + std::to_string(options_.max_vertices) + " vertices";
+                    return path_ + ": its instances unroll to more than " +
+                           std::to_string(options_.max_triangles) + " triangles or " +
+                           std::to_string(options_.max_vertices) + " vertices";
                 });
             }
         }
@@ -146,14 +152,16 @@ private:
                     ++counts_.points_and_lines;
                     continue;
                 }
-                const std::string where = "/meshes/" + std::to_string(mesh) + "/primitives/" + std::to_string(k);
+                const std::string where =
+                    "/meshes/" + std::to_string(mesh) + "/primitives/" + std::to_string(k);
                 decoded->push_back(decode_gltf_primitive(model_, primitives[k],
-                                                         materials.texcoords(primitives[k].material), path_, where,
-                                                         counts_));
+                                                         materials.texcoords(primitives[k].material), path_,
+                                                         where, counts_));
             }
         }
         for (const GltfPrimitive& p : *decoded)
-            add_primitive(p, matrix, p.material >= 0 ? std::uint32_t(p.material) : materials.default_material());
+            add_primitive(p, matrix,
+                          p.material >= 0 ? std::uint32_t(p.material) : materials.default_material());
     }
 
     void add_primitive(const GltfPrimitive& p, const Mat4d& matrix, std::uint32_t material) {
@@ -185,7 +193,8 @@ private:
 
     /// Appends an attribute to an array that starts with the first primitive to have it.
     template <class V>
-    static void append(std::vector<V>& all, const std::vector<V>& values, std::size_t first, const V& missing) {
+    static void append(std::vector<V>& all, const std::vector<V>& values, std::size_t first,
+                       const V& missing) {
         if (values.empty()) return;
         all.resize(first, missing);
         all.insert(all.end(), values.begin(), values.end());
@@ -213,15 +222,19 @@ private:
         const tinygltf::Value& extension = gltf_extension(node.extensions, "KHR_lights_punctual");
         if (!extension.IsObject()) return;
         const double index = gltf_number(extension, "light", -1);
-        const std::string where = path_ + ": /nodes/" + std::to_string(placed.node) + "/extensions/KHR_lights_punctual";
+        const std::string where =
+            path_ + ": /nodes/" + std::to_string(placed.node) + "/extensions/KHR_lights_punctual";
         require(index >= 0 && index < double(model_.lights.size()), [&] {
             return where + ": light " + std::to_string(index) + " of " + std::to_string(model_.lights.size());
         });
         const tinygltf::Light& in = model_.lights[std::size_t(index)];
         PunctualLight light;
-        if (in.type == "directional") light.kind = PunctualLight::Kind::directional;
-        else if (in.type == "spot") light.kind = PunctualLight::Kind::spot;
-        else require(in.type == "point", [&] { return where + ": unknown type of light '" + in.type + "'"; });
+        if (in.type == "directional")
+            light.kind = PunctualLight::Kind::directional;
+        else if (in.type == "spot")
+            light.kind = PunctualLight::Kind::spot;
+        else
+            require(in.type == "point", [&] { return where + ": unknown type of light '" + in.type + "'"; });
         light.position = Vec3d(placed.matrix[3]);
         const Vec3d ahead = -Vec3d(placed.matrix[2]);
         if (length(ahead) > 0) light.direction = normalize(ahead);
@@ -266,12 +279,12 @@ private:
 
 } // namespace detail
 
-/// Loads the default scene of a .gltf or .glb file: every mesh instance unrolled to world space (in double, then
-/// recentred), strips and fans to triangles, cameras, KHR_lights_punctual, base colour and emission with their
-/// textures, alpha masks, vertex colours. Materials beyond Lambert show their base colour. A missing or unreadable
-/// image is a note, and the factor is used alone. Notes also count whatever was left out.
-/// throws lambent::Error, with the file and a JSON pointer, on a file that is damaged or contradicts itself, on
-///         required extensions that are not supported, and beyond the options' limits
+/// Loads the default scene of a .gltf or .glb file: every mesh instance unrolled to world space (in double,
+/// then recentred), strips and fans to triangles, cameras, KHR_lights_punctual, base colour and emission with
+/// their textures, alpha masks, vertex colours. Materials beyond Lambert show their base colour. A missing or
+/// unreadable image is a note, and the factor is used alone. Notes also count whatever was left out.
+/// throws lambent::Error, with the file and a JSON pointer, on a file that is damaged or contradicts itself,
+///         on required extensions that are not supported, and beyond the options' limits
 /// needs   lambent::gltf; lambent::image for textures
 template <class T = float>
 Scene<T> load_gltf(const std::string& path, const LoadOptions& options = {}) {

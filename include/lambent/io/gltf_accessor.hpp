@@ -24,15 +24,20 @@ inline double gltf_component(const unsigned char* p, int type, bool normalized) 
         const double v = load(std::int8_t());
         return normalized ? std::max(v / 127, -1.0) : v;
     }
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return load(std::uint8_t()) / (normalized ? 255 : 1);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        return load(std::uint8_t()) / (normalized ? 255 : 1);
     case TINYGLTF_COMPONENT_TYPE_SHORT: {
         const double v = load(std::int16_t());
         return normalized ? std::max(v / 32767, -1.0) : v;
     }
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return load(std::uint16_t()) / (normalized ? 65535 : 1);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT: return load(std::uint32_t());
-    case TINYGLTF_COMPONENT_TYPE_INT: return load(std::int32_t());
-    default: return load(float());
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        return load(std::uint16_t()) / (normalized ? 65535 : 1);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        return load(std::uint32_t());
+    case TINYGLTF_COMPONENT_TYPE_INT:
+        return load(std::int32_t());
+    default:
+        return load(float());
     }
 }
 
@@ -48,7 +53,8 @@ public:
         const tinygltf::Accessor& a = model_.accessors[std::size_t(accessor)];
         const int stored = tinygltf::GetNumComponentsInType(std::uint32_t(a.type));
         const int components = std::min(stored, int(V::length()));
-        const auto component_size = std::size_t(tinygltf::GetComponentSizeInBytes(std::uint32_t(a.componentType)));
+        const auto component_size =
+            std::size_t(tinygltf::GetComponentSizeInBytes(std::uint32_t(a.componentType)));
         std::vector<V> out(a.count, a.bufferView == -1 ? V(0) : V(1));
         const auto decode = [&](const unsigned char* p, V& value) {
             if (a.componentType == TINYGLTF_COMPONENT_TYPE_FLOAT && components == V::length()) {
@@ -56,7 +62,8 @@ public:
                 return;
             }
             for (int c = 0; c < components; ++c)
-                value[c] = float(gltf_component(p + std::size_t(c) * component_size, a.componentType, a.normalized));
+                value[c] =
+                    float(gltf_component(p + std::size_t(c) * component_size, a.componentType, a.normalized));
         };
         const std::size_t size = component_size * std::size_t(stored);
         if (a.bufferView != -1) {
@@ -85,8 +92,9 @@ public:
         }
         if (a.sparse.isSparse) {
             const unsigned char* values = bytes(a.sparse.values.bufferView) + a.sparse.values.byteOffset;
-            for_sparse(accessor,
-                       [&](std::size_t k, std::size_t at) { out[at] = unsigned_integer(values + k * size, size); });
+            for_sparse(accessor, [&](std::size_t k, std::size_t at) {
+                out[at] = unsigned_integer(values + k * size, size);
+            });
         }
         return out;
     }
@@ -113,7 +121,8 @@ private:
     template <class Use>
     void for_sparse(int accessor, Use&& use) const {
         const tinygltf::Accessor& a = model_.accessors[std::size_t(accessor)];
-        const auto size = std::size_t(tinygltf::GetComponentSizeInBytes(std::uint32_t(a.sparse.indices.componentType)));
+        const auto size =
+            std::size_t(tinygltf::GetComponentSizeInBytes(std::uint32_t(a.sparse.indices.componentType)));
         const unsigned char* data = bytes(a.sparse.indices.bufferView) + a.sparse.indices.byteOffset;
         for (std::size_t k = 0; k < std::size_t(a.sparse.count); ++k) {
             const std::size_t at = unsigned_integer(data + k * size, size);

@@ -71,13 +71,17 @@ inline GltfTexcoords gltf_texcoords(const tinygltf::TextureInfo& info) {
 template <class T>
 class GltfMaterials {
 public:
-    GltfMaterials(const tinygltf::Model& model, const std::string& path, const LoadOptions& options, Scene<T>& scene)
-        : model_(model), path_(path), options_(options), scene_(scene), library_(scene.textures, scene.notes) {
+    GltfMaterials(const tinygltf::Model& model, const std::string& path, const LoadOptions& options,
+                  Scene<T>& scene)
+        : model_(model), path_(path), options_(options), scene_(scene),
+          library_(scene.textures, scene.notes) {
         for (const tinygltf::Material& m : model_.materials) add(m);
-        note(beyond_lambert_, "go beyond Lambert (metal, specular lobe, transmission …) and show their diffuse base colour");
+        note(beyond_lambert_,
+             "go beyond Lambert (metal, specular lobe, transmission …) and show their diffuse base colour");
         note(blended_, "have alphaMode BLEND and are shown opaque");
-        note(other_texcoords_, "look their emission up with other texture coordinates than their base colour, which is "
-                               "not supported: those of the base colour are taken");
+        note(other_texcoords_,
+             "look their emission up with other texture coordinates than their base colour, which is "
+             "not supported: those of the base colour are taken");
     }
 
     /// The coordinates for primitives of material i (-1: none).
@@ -108,7 +112,8 @@ private:
         }
         out.base_color = clamp(out.base_color, Vec3f(0), Vec3f(1));
         if (m.emissiveFactor.size() == 3)
-            out.emission = {float(m.emissiveFactor[0]), float(m.emissiveFactor[1]), float(m.emissiveFactor[2])};
+            out.emission = {float(m.emissiveFactor[0]), float(m.emissiveFactor[1]),
+                            float(m.emissiveFactor[2])};
         const tinygltf::Value& strength = gltf_extension(m.extensions, "KHR_materials_emissive_strength");
         out.emission = max(out.emission * float(gltf_number(strength, "emissiveStrength", 1)), Vec3f(0));
         out.base_color_texture = texture(base_texture.index);
@@ -118,7 +123,8 @@ private:
         if (m.alphaMode == "BLEND") ++blended_;
         out.double_sided = m.doubleSided;
 
-        GltfTexcoords coords = gltf_texcoords(out.base_color_texture != no_texture ? base_texture : m.emissiveTexture);
+        GltfTexcoords coords =
+            gltf_texcoords(out.base_color_texture != no_texture ? base_texture : m.emissiveTexture);
         if (out.base_color_texture != no_texture && out.emission_texture != no_texture &&
             !(gltf_texcoords(m.emissiveTexture) == coords))
             ++other_texcoords_;
@@ -129,7 +135,8 @@ private:
 
     static bool is_lambert(const tinygltf::Material& m) {
         const tinygltf::Value& specular = gltf_extension(m.extensions, "KHR_materials_specular");
-        if (m.pbrMetallicRoughness.metallicFactor > 0 || gltf_number(specular, "specularFactor", 1) > 0) return false;
+        if (m.pbrMetallicRoughness.metallicFactor > 0 || gltf_number(specular, "specularFactor", 1) > 0)
+            return false;
         for (const auto& [extension, factor] : {std::pair("KHR_materials_transmission", "transmissionFactor"),
                                                 std::pair("KHR_materials_clearcoat", "clearcoatFactor"),
                                                 std::pair("KHR_materials_iridescence", "iridescenceFactor")})
@@ -141,7 +148,8 @@ private:
         if (index < 0) return no_texture;
         const tinygltf::Texture& t = model_.textures[std::size_t(index)];
         if (t.source < 0) {
-            scene_.notes.push_back(path_ + ": /textures/" + std::to_string(index) + " has no PNG or JPEG image");
+            scene_.notes.push_back(path_ + ": /textures/" + std::to_string(index) +
+                                   " has no PNG or JPEG image");
             return no_texture;
         }
         TextureSampling sampling;
@@ -164,8 +172,10 @@ private:
         const tinygltf::Image& image = model_.images[std::size_t(index)];
         if (image.bufferView >= 0) {
             const tinygltf::BufferView& view = model_.bufferViews[std::size_t(image.bufferView)];
-            const unsigned char* data = model_.buffers[std::size_t(view.buffer)].data.data() + view.byteOffset;
-            return decode_texture({reinterpret_cast<const char*>(data), view.byteLength}, name, options_.max_pixels);
+            const unsigned char* data =
+                model_.buffers[std::size_t(view.buffer)].data.data() + view.byteOffset;
+            return decode_texture({reinterpret_cast<const char*>(data), view.byteLength}, name,
+                                  options_.max_pixels);
         }
         const bool data_uri = image.uri.empty() || image.uri.starts_with("data:");
         const std::string full = data_uri ? name : name + " (" + image.uri + ")";

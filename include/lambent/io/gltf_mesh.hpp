@@ -49,12 +49,14 @@ inline std::size_t gltf_triangle_count(const tinygltf::Model& model, const tinyg
 template <class Corner>
 std::vector<UVec3> gltf_triangles(int mode, std::size_t count, Corner&& corner) {
     std::vector<UVec3> out(count);
-    for (std::size_t i = 0; i < count; ++i)
-        switch (mode) {
-        case TINYGLTF_MODE_TRIANGLE_STRIP: out[i] = {corner(i), corner(i + 1 + i % 2), corner(i + 2 - i % 2)}; break;
-        case TINYGLTF_MODE_TRIANGLE_FAN: out[i] = {corner(i + 1), corner(i + 2), corner(0)}; break;
-        default: out[i] = {corner(3 * i), corner(3 * i + 1), corner(3 * i + 2)};
-        }
+    for (std::size_t i = 0; i < count; ++i) {
+        if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
+            out[i] = {corner(i), corner(i + 1 + i % 2), corner(i + 2 - i % 2)};
+        else if (mode == TINYGLTF_MODE_TRIANGLE_FAN)
+            out[i] = {corner(i + 1), corner(i + 2), corner(0)};
+        else
+            out[i] = {corner(3 * i), corner(3 * i + 1), corner(3 * i + 2)};
+    }
     return out;
 }
 
@@ -69,7 +71,8 @@ inline GltfPrimitive decode_gltf_primitive(const tinygltf::Model& model, const t
     out.positions = read.vectors<Vec3f>(p.attributes.at("POSITION"));
     for (std::size_t i = 0; i < out.positions.size(); ++i)
         require(is_finite(out.positions[i]), [&] {
-            return path + ": " + where + "/attributes/POSITION: element " + std::to_string(i) + " is not finite";
+            return path + ": " + where + "/attributes/POSITION: element " + std::to_string(i) +
+                   " is not finite";
         });
     const auto attribute = [&](const std::string& name, auto& values, const auto& repair) {
         const auto it = p.attributes.find(name);

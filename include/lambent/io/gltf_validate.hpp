@@ -17,15 +17,15 @@ namespace detail {
 
 /// Whether we honour an extension, or lose only looks by passing it over, so that a file may require it.
 inline bool gltf_extension_known(std::string_view name) {
-    for (const std::string_view known :
-         {"KHR_lights_punctual", "KHR_texture_transform", "KHR_mesh_quantization", "KHR_xmp", "KHR_xmp_json_ld"})
+    for (const std::string_view known : {"KHR_lights_punctual", "KHR_texture_transform",
+                                         "KHR_mesh_quantization", "KHR_xmp", "KHR_xmp_json_ld"})
         if (name == known) return true;
     return name.starts_with("KHR_materials_");
 }
 
-/// Checks a parsed glTF model: tinygltf takes nearly every number as it comes. Afterwards every index, offset,
-/// stride and count can be used without another look, except vertex indices and sparse indices, which are
-/// checked where they are read.
+/// Checks a parsed glTF model: tinygltf takes nearly every number as it comes. Afterwards every index,
+/// offset, stride and count can be used without another look, except vertex indices and sparse indices, which
+/// are checked where they are read.
 class GltfValidator {
 public:
     GltfValidator(const tinygltf::Model& model, const std::string& path, const LoadOptions& options)
@@ -37,10 +37,12 @@ public:
         for (std::size_t i = 0; i < model_.bufferViews.size(); ++i) check_buffer_view(i);
         for (std::size_t i = 0; i < model_.accessors.size(); ++i) check_accessor(i);
         for (std::size_t i = 0; i < model_.images.size(); ++i)
-            optional_index(model_.images[i].bufferView, model_.bufferViews.size(), at("images", i) + "/bufferView");
+            optional_index(model_.images[i].bufferView, model_.bufferViews.size(),
+                           at("images", i) + "/bufferView");
         for (std::size_t i = 0; i < model_.textures.size(); ++i) {
             optional_index(model_.textures[i].source, model_.images.size(), at("textures", i) + "/source");
-            optional_index(model_.textures[i].sampler, model_.samplers.size(), at("textures", i) + "/sampler");
+            optional_index(model_.textures[i].sampler, model_.samplers.size(),
+                           at("textures", i) + "/sampler");
         }
         for (std::size_t i = 0; i < model_.materials.size(); ++i) check_material(i);
         for (std::size_t i = 0; i < model_.meshes.size(); ++i)
@@ -48,7 +50,8 @@ public:
                 check_primitive(model_.meshes[i].primitives[k], at("meshes", i) + at("primitives", k));
         for (std::size_t i = 0; i < model_.nodes.size(); ++i) check_node(i);
         for (std::size_t i = 0; i < model_.scenes.size(); ++i)
-            for (const int node : model_.scenes[i].nodes) index(node, model_.nodes.size(), at("scenes", i) + "/nodes");
+            for (const int node : model_.scenes[i].nodes)
+                index(node, model_.nodes.size(), at("scenes", i) + "/nodes");
         optional_index(model_.defaultScene, model_.scenes.size(), "/scene");
     }
 
@@ -57,7 +60,9 @@ public:
     }
 
 private:
-    static std::string at(const char* array, std::size_t i) { return std::string("/") + array + "/" + std::to_string(i); }
+    static std::string at(const char* array, std::size_t i) {
+        return std::string("/") + array + "/" + std::to_string(i);
+    }
 
     void index(int i, std::size_t size, const std::string& where) const {
         if (i < 0 || std::size_t(i) >= size)
@@ -81,7 +86,8 @@ private:
             refuse(at("bufferViews", i), "bytes " + std::to_string(view.byteOffset) + " + " +
                                              std::to_string(view.byteLength) + " of a buffer of " +
                                              std::to_string(size));
-        if (view.byteStride > 252) refuse(at("bufferViews", i), "byteStride " + std::to_string(view.byteStride));
+        if (view.byteStride > 252)
+            refuse(at("bufferViews", i), "byteStride " + std::to_string(view.byteStride));
     }
 
     /// `count` elements of `size` bytes, `stride` apart, fit in the view behind `offset`.
@@ -108,8 +114,9 @@ private:
         if (a.bufferView != -1) {
             index(a.bufferView, model_.bufferViews.size(), where + "/bufferView");
             const std::size_t stride = model_.bufferViews[std::size_t(a.bufferView)].byteStride;
-            if (stride != 0 && stride < size) refuse(where, "byteStride " + std::to_string(stride) + " for elements of " +
-                                                                std::to_string(size) + " bytes");
+            if (stride != 0 && stride < size)
+                refuse(where, "byteStride " + std::to_string(stride) + " for elements of " +
+                                  std::to_string(size) + " bytes");
             check_fit(a.bufferView, a.byteOffset, a.count, stride == 0 ? size : stride, size, where);
         } else if (a.count > options_.max_vertices) {
             refuse(where, std::to_string(a.count) + " elements without data");
@@ -118,12 +125,13 @@ private:
         const auto& sparse = a.sparse;
         if (sparse.count < 0 || std::size_t(sparse.count) > a.count || sparse.indices.byteOffset < 0 ||
             sparse.values.byteOffset < 0)
-            refuse(where + "/sparse", "count " + std::to_string(sparse.count) + " of " + std::to_string(a.count));
+            refuse(where + "/sparse",
+                   "count " + std::to_string(sparse.count) + " of " + std::to_string(a.count));
         const std::size_t index_size = index_bytes(sparse.indices.componentType, where + "/sparse/indices");
-        check_fit(sparse.indices.bufferView, std::size_t(sparse.indices.byteOffset), std::size_t(sparse.count), index_size,
-                  index_size, where + "/sparse/indices");
-        check_fit(sparse.values.bufferView, std::size_t(sparse.values.byteOffset), std::size_t(sparse.count), size, size,
-                  where + "/sparse/values");
+        check_fit(sparse.indices.bufferView, std::size_t(sparse.indices.byteOffset),
+                  std::size_t(sparse.count), index_size, index_size, where + "/sparse/indices");
+        check_fit(sparse.values.bufferView, std::size_t(sparse.values.byteOffset), std::size_t(sparse.count),
+                  size, size, where + "/sparse/values");
     }
 
     std::size_t index_bytes(int type, const std::string& where) const {
@@ -151,7 +159,8 @@ private:
     }
 
     void check_primitive(const tinygltf::Primitive& p, const std::string& where) const {
-        if (p.mode < -1 || p.mode > TINYGLTF_MODE_TRIANGLE_FAN) refuse(where, "mode " + std::to_string(p.mode));
+        if (p.mode < -1 || p.mode > TINYGLTF_MODE_TRIANGLE_FAN)
+            refuse(where, "mode " + std::to_string(p.mode));
         optional_index(p.material, model_.materials.size(), where + "/material");
         std::size_t count = 0;
         if (const auto position = p.attributes.find("POSITION"); position != p.attributes.end()) {
@@ -164,9 +173,11 @@ private:
             const tinygltf::Accessor& a = model_.accessors[std::size_t(accessor)];
             if (name == "POSITION" || name == "NORMAL") check_type(a, {TINYGLTF_TYPE_VEC3}, attribute);
             if (name.starts_with("TEXCOORD_")) check_type(a, {TINYGLTF_TYPE_VEC2}, attribute);
-            if (name.starts_with("COLOR_")) check_type(a, {TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC4}, attribute);
+            if (name.starts_with("COLOR_"))
+                check_type(a, {TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC4}, attribute);
             if (a.count != count)
-                refuse(attribute, std::to_string(a.count) + " elements for " + std::to_string(count) + " positions");
+                refuse(attribute,
+                       std::to_string(a.count) + " elements for " + std::to_string(count) + " positions");
         }
         if (p.indices == -1) return;
         index(p.indices, model_.accessors.size(), where + "/indices");
@@ -175,9 +186,11 @@ private:
         index_bytes(indices.componentType, where + "/indices");
     }
 
-    void check_type(const tinygltf::Accessor& a, std::initializer_list<int> allowed, const std::string& where) const {
+    void check_type(const tinygltf::Accessor& a, std::initializer_list<int> allowed,
+                    const std::string& where) const {
         if (std::find(allowed.begin(), allowed.end(), a.type) == allowed.end())
-            refuse(where, "elements of " + std::to_string(tinygltf::GetNumComponentsInType(std::uint32_t(a.type))) +
+            refuse(where, "elements of " +
+                              std::to_string(tinygltf::GetNumComponentsInType(std::uint32_t(a.type))) +
                               " components");
     }
 

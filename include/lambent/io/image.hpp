@@ -30,26 +30,33 @@ enum class ImageFormat : std::uint8_t { unknown, png, jpeg, hdr, exr, ktx2, webp
 
 /// The format by its first bytes; names lie.
 inline ImageFormat image_format(std::string_view bytes) {
-    using namespace std::string_view_literals;
-    if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) return ImageFormat::png;
-    if (bytes.starts_with("\xff\xd8\xff"sv)) return ImageFormat::jpeg;
-    if (bytes.starts_with("#?RADIANCE"sv) || bytes.starts_with("#?RGBE"sv)) return ImageFormat::hdr;
-    if (bytes.starts_with("\x76\x2f\x31\x01"sv)) return ImageFormat::exr;
-    if (bytes.starts_with("\xabKTX 20\xbb"sv)) return ImageFormat::ktx2;
-    if (bytes.size() >= 12 && bytes.starts_with("RIFF"sv) && bytes.substr(8, 4) == "WEBP"sv) return ImageFormat::webp;
+    const auto starts = [&](std::string_view magic) { return bytes.starts_with(magic); };
+    if (starts("\x89PNG\r\n\x1a\n")) return ImageFormat::png;
+    if (starts("\xff\xd8\xff")) return ImageFormat::jpeg;
+    if (starts("#?RADIANCE") || starts("#?RGBE")) return ImageFormat::hdr;
+    if (starts("\x76\x2f\x31\x01")) return ImageFormat::exr;
+    if (starts("\xabKTX 20\xbb")) return ImageFormat::ktx2;
+    if (starts("RIFF") && bytes.size() >= 12 && bytes.substr(8, 4) == "WEBP") return ImageFormat::webp;
     return ImageFormat::unknown;
 }
 
 /// OpenImageIO's name of a reader that we trust with foreign bytes; fails for every other format.
 inline const char* trusted_reader(ImageFormat format, const std::string& name) {
     switch (format) {
-    case ImageFormat::png: return "png";
-    case ImageFormat::jpeg: return "jpeg";
-    case ImageFormat::hdr: return "hdr";
-    case ImageFormat::exr: fail(name + ": an EXR image, which is read as an environment only");
-    case ImageFormat::ktx2: fail(name + ": KTX2 images are not supported, only PNG and JPEG");
-    case ImageFormat::webp: fail(name + ": WebP images are not supported, only PNG and JPEG");
-    case ImageFormat::unknown: break;
+    case ImageFormat::png:
+        return "png";
+    case ImageFormat::jpeg:
+        return "jpeg";
+    case ImageFormat::hdr:
+        return "hdr";
+    case ImageFormat::exr:
+        fail(name + ": an EXR image, which is read as an environment only");
+    case ImageFormat::ktx2:
+        fail(name + ": KTX2 images are not supported, only PNG and JPEG");
+    case ImageFormat::webp:
+        fail(name + ": WebP images are not supported, only PNG and JPEG");
+    case ImageFormat::unknown:
+        break;
     }
     fail(name + ": not a PNG or JPEG image");
 }
@@ -73,12 +80,16 @@ RawImage<Value> decode_image(std::string_view bytes, const std::string& name, st
     oiio::Filesystem::IOMemReader memory(const_cast<char*>(bytes.data()), bytes.size()); // it only reads
     oiio::ImageSpec config, spec;
     config.attribute("oiio:UnassociatedAlpha", 1);
-    const bool opened = input->set_ioproxy(&memory) && input->open(std::string("memory.") + reader, spec, config);
+    const bool opened =
+        input->set_ioproxy(&memory) && input->open(std::string("memory.") + reader, spec, config);
     require(opened, [&] { return name + ": " + input->geterror(); });
     require(spec.width > 0 && spec.height > 0 && spec.depth == 1 && spec.nchannels > 0 &&
                 std::size_t(spec.height) <= max_pixels / std::size_t(spec.width),
-            [&] { return name + ": an image of " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
-                         " pixels, over the limit of " + std::to_string(max_pixels); });
+            [&] {
+                return name + ": an image of " + std::to_string(spec.width) + " x " +
+                       std::to_string(spec.height) + " pixels, over the limit of " +
+                       std::to_string(max_pixels);
+            });
     RawImage<Value> image{spec.width, spec.height, std::min(spec.nchannels, 4), {}};
     image.values.resize(std::size_t(image.width) * std::size_t(image.height) * std::size_t(image.channels));
     const auto type = sizeof(Value) == 1 ? oiio::TypeDesc::UINT8 : oiio::TypeDesc::FLOAT;
@@ -93,7 +104,8 @@ RawImage<Value> decode_image(std::string_view bytes, const std::string& name, st
 
 } // namespace detail
 
-/// Decodes a PNG or JPEG file in memory to RGBA8: grey is spread, a missing alpha is 1, 16 bits are rounded to 8.
+/// Decodes a PNG or JPEG file in memory to RGBA8: grey is spread, a missing alpha is 1, 16 bits are rounded
+/// to 8.
 /// throws lambent::Error with `name` on anything else, damaged data, or more than max_pixels
 inline Texture decode_texture(std::string_view bytes, const std::string& name,
                               std::size_t max_pixels = std::size_t(1) << 28) {
@@ -126,8 +138,8 @@ inline Texture read_texture(const std::string& path, std::size_t max_pixels = st
 /// throws lambent::Error when the sizes do not fit or the file cannot be written
 inline void write_png(const std::string& path, int width, int height, std::span<const std::uint8_t> rgb) {
     require(width > 0 && height > 0 && rgb.size() == 3 * std::size_t(width) * std::size_t(height), [&] {
-        return path + ": " + std::to_string(rgb.size()) + " bytes for an RGB image of " + std::to_string(width) +
-               " x " + std::to_string(height);
+        return path + ": " + std::to_string(rgb.size()) + " bytes for an RGB image of " +
+               std::to_string(width) + " x " + std::to_string(height);
     });
 #if defined(LAMBENT_HAS_OIIO)
     detail::PendingFile pending(path);

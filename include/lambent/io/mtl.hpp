@@ -13,7 +13,7 @@ namespace detail {
 
 /// One map_… statement.
 struct MtlMap {
-    std::string file; ///< as written, backslashes turned; empty = none
+    std::string file;                  ///< as written, backslashes turned; empty = none
     bool clamp = false, moved = false; ///< moved: -o, -s or -t, which we do not apply
 };
 
@@ -36,7 +36,8 @@ inline MtlMap parse_mtl_map(ObjWords& words) {
             double ignored = 0;
             for (int k = 0; k < most && !words.done(); ++k) {
                 const ObjWords here = words;
-                if (!ObjWords::parse_number(words.word(), ignored) || words.done()) { // the last word is the name
+                if (!ObjWords::parse_number(words.word(), ignored) ||
+                    words.done()) { // the last word is the name
                     words = here;
                     return;
                 }
@@ -74,7 +75,8 @@ inline std::optional<Vec3f> parse_mtl_color(ObjWords& words) {
 
 /// Adds the materials of an MTL file by name; a name's last definition counts.
 /// throws lambent::Error with file and line on a malformed number
-inline void parse_mtl(std::string_view text, const std::string& path, std::map<std::string, MtlMaterial>& materials) {
+inline void parse_mtl(std::string_view text, const std::string& path,
+                      std::map<std::string, MtlMaterial>& materials) {
     ObjLines lines(text, path);
     MtlMaterial* current = nullptr;
     while (lines.next()) {

@@ -87,13 +87,15 @@ private:
         }
         v_.push_back({x[0], x[1], x[2]});
         first_.push_back(none);
-        require(v_.size() <= options_.max_vertices && v_.size() < none,
-                [&] { return path_ + ": over the limit of " + std::to_string(options_.max_vertices) + " vertices"; });
+        require(v_.size() <= options_.max_vertices && v_.size() < none, [&] {
+            return path_ + ": over the limit of " + std::to_string(options_.max_vertices) + " vertices";
+        });
     }
 
     /// One index of "v/vt/vn", 1-based or, negative, from the end of what has been read; `text` moves on.
     /// `none` when it is out of range.
-    std::uint32_t parse_index(const ObjLines& lines, std::string_view& text, std::size_t size, const char* what) {
+    std::uint32_t parse_index(const ObjLines& lines, std::string_view& text, std::size_t size,
+                              const char* what) {
         if (text.starts_with('+')) text.remove_prefix(1);
         std::int64_t index = 0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
@@ -108,8 +110,8 @@ private:
         const std::string_view corner = text;
         const std::uint32_t v = parse_index(lines, text, v_.size(), "vertex");
         if (v == none)
-            lines.refuse("corner '" + std::string(corner) + "' refers to none of the " + std::to_string(v_.size()) +
-                         " vertices before it");
+            lines.refuse("corner '" + std::string(corner) + "' refers to none of the " +
+                         std::to_string(v_.size()) + " vertices before it");
         // The surface stands without these two, so a wrong one only costs it the attribute.
         std::uint32_t vt = none, vn = none;
         if (text.starts_with('/')) {
@@ -171,7 +173,8 @@ private:
         if (parse_library(whole)) return;
         std::vector<std::string> missing;
         while (!words.done())
-            if (std::string name(words.word()); name == whole || !parse_library(name)) missing.push_back(name);
+            if (std::string name(words.word()); name == whole || !parse_library(name))
+                missing.push_back(name);
         for (const std::string& name : missing)
             scene_.notes.push_back(path_ + ": material library '" + name + "' is missing");
     }
@@ -218,7 +221,8 @@ private:
             material.emission_texture = texture(library, mtl.emission_map, ColorSpace::srgb);
             // A Ke of 0 beside a map_Ke is what exporters write by default; the map alone counts then.
             if (mtl.emission) material.emission = max(*mtl.emission, Vec3f(0));
-            if (material.emission_texture != no_texture && is_black(material.emission)) material.emission = Vec3f(1);
+            if (material.emission_texture != no_texture && is_black(material.emission))
+                material.emission = Vec3f(1);
             material.alpha_texture = texture(library, mtl.opacity_map, ColorSpace::linear);
             if (material.alpha_texture != no_texture) {
                 material.alpha_mode = AlphaMode::mask;
@@ -273,8 +277,8 @@ private:
 
 /// Loads a Wavefront OBJ file with its MTL libraries: triangles and polygons (concave ones cut properly),
 /// vertex colours (taken as linear), normals where given, else flat. Of a material: Kd times map_Kd, Ke times
-/// map_Ke as emission from the front side, map_d as an alpha mask. A missing library or texture is a note, and
-/// the surface shows its Kd. Notes also count what was left out.
+/// map_Ke as emission from the front side, map_d as an alpha mask. A missing library or texture is a note,
+/// and the surface shows its Kd. Notes also count what was left out.
 /// throws lambent::Error, with file and line, on malformed numbers and on vertex indices out of range
 /// cost    one pass over the text; memory about four times the file's size
 template <class T = float>

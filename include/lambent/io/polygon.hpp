@@ -16,12 +16,13 @@ class Triangulator {
 public:
     using Triangle = std::array<std::uint32_t, 3>;
 
-    /// Corners of a concave polygon beyond which ear clipping, which takes corners × reflex corners, gives way
-    /// to a fan.
+    /// Corners of a concave polygon beyond which ear clipping, which takes corners × reflex corners, gives
+    /// way to a fan.
     static constexpr std::size_t most_corners = 1 << 14;
 
     /// The n - 2 triangles, with the polygon's orientation, as indices of its n corners: a fan where it is
-    /// convex, clipped ears else. Also where it crosses or touches itself there are n - 2, then some that overlap.
+    /// convex, clipped ears else. Also where it crosses or touches itself there are n - 2, then some that
+    /// overlap.
     const std::vector<Triangle>& operator()(std::span<const Vec3d> corners) {
         triangles_.clear();
         if (corners.size() < 3) return triangles_;
@@ -71,7 +72,9 @@ private:
         return turns + (last * first < 0 ? 1 : 0) <= 2;
     }
 
-    bool reflex(std::size_t i) const { return !(area(points_[before_[i]], points_[i], points_[after_[i]]) > 0); }
+    bool reflex(std::size_t i) const {
+        return !(area(points_[before_[i]], points_[i], points_[after_[i]]) > 0);
+    }
 
     /// Convex, and no reflex corner lies in the triangle that it cuts off.
     bool is_ear(std::size_t i) const {
