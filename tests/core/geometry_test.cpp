@@ -13,7 +13,8 @@ using namespace lambent_test;
 
 namespace {
 
-/// Largest deviation of the frame from an orthonormal, right-handed one, beyond what the normal brings itself.
+/// Largest deviation of the frame from an orthonormal, right-handed one, beyond what the normal brings
+/// itself.
 template <class T>
 double frame_error(const Vec3<T>& normal) {
     const Frame<T> frame(normal);
@@ -41,13 +42,15 @@ TEST_CASE("frame: orthonormal to 3e-7 over 1e7 directions and the neighbours of 
         }
     };
     for (int i = 0; i < 10000000; ++i) {
-        const double z = random.uniform(-1, 1), phi = random.uniform(0, 6.283185307179586), r = std::sqrt(1 - z * z);
+        const double z = random.uniform(-1, 1), phi = random.uniform(0, 6.283185307179586),
+                     r = std::sqrt(1 - z * z);
         check(Vec3f(Vec3d(r * std::cos(phi), r * std::sin(phi), z)));
     }
     for (int i = 0; i < 1000000; ++i) { // as near a pole as floats get, in every size of tilt
         const double tilt = std::exp(random.uniform(-100, 0)), phi = random.uniform(0, 6.283185307179586);
         for (const double pole : {-1.0, 1.0})
-            check(Vec3f(Vec3d(std::sin(tilt) * std::cos(phi), std::sin(tilt) * std::sin(phi), pole * std::cos(tilt))));
+            check(Vec3f(Vec3d(std::sin(tilt) * std::cos(phi), std::sin(tilt) * std::sin(phi),
+                              pole * std::cos(tilt))));
     }
     for (const float x : {-1.0f, -0.0f, 0.0f, 1.0f})
         for (const float y : {-1.0f, -0.0f, 0.0f, 1.0f})
@@ -63,7 +66,9 @@ TEST_CASE("frame: there and back; double is as good as double is") {
     Random random(12);
     double worst = 0, worst_double = 0;
     for (int i = 0; i < 100000; ++i) {
-        const auto v = [&] { return Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)); };
+        const auto v = [&] {
+            return Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+        };
         const Vec3d n = normalize(v()), w = v();
         const Frame<float> frame{Vec3f(n)};
         const Vec3f back = frame.to_world(frame.to_local(Vec3f(w)));

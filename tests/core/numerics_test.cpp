@@ -5,8 +5,8 @@
 #include <support/statistics.hpp>
 #include <vector>
 
-// Compiled twice: as every test, and once more with -ffast-math, under which all of it must hold as well. So NaN
-// and infinity are made and looked at by their bits alone here, and so are denormals, which that flag
+// Compiled twice: as every test, and once more with -ffast-math, under which all of it must hold as well. So
+// NaN and infinity are made and looked at by their bits alone here, and so are denormals, which that flag
 // flushes to zero.
 using namespace lambent;
 using namespace lambent_test;
@@ -73,8 +73,8 @@ TEST_CASE_TEMPLATE("numerics: is_finite by the bits", T, float, double) {
     CHECK(is_finite(Vec3<T>(1, 2, 3)));
 }
 
-TEST_CASE_TEMPLATE("numerics: next_up and next_down step by one value, through zero, and stop at infinity", T, float,
-                   double) {
+TEST_CASE_TEMPLATE("numerics: next_up and next_down step by one value, through zero, and stop at infinity", T,
+                   float, double) {
     using Info = detail::FloatBits<T>;
     const Bits<T> largest = Info::exponent - 1;
     CHECK(bits_of(next_up(T(0))) == 1);
@@ -104,19 +104,32 @@ TEST_CASE_TEMPLATE("numerics: difference_of_products has the exact sign and 1.5 
     Random random(seed);
     constexpr int digits = std::numeric_limits<T>::digits;
     // Whole numbers that T holds: their products, and so the difference, are exact in 128 bits.
-    const auto whole = [&](int bits) { return std::int64_t(random.bits() >> (64 - bits)) * (random.below(2) ? 1 : -1); };
+    const auto whole = [&](int bits) {
+        return std::int64_t(random.bits() >> (64 - bits)) * (random.below(2) ? 1 : -1);
+    };
     double worst = 0;
     int wrong = 0, cancelled = 0, zeros = 0;
     for (int i = 0; i < 2000000; ++i) {
         std::int64_t a = whole(digits), b = whole(digits), c = whole(digits), d = whole(digits);
         const std::int64_t limit = std::int64_t(1) << digits;
         switch (i % 6) {
-        case 0: break;                                              // nothing in common
-        case 1: c = a + whole(2), d = b + whole(2); break;          // nearly equal products
-        case 2: c = b, d = a; break;                                // equal products
-        case 3: c = a + 1, d = b - 1; break;
-        case 4: a = whole(digits / 2), b = whole(digits / 2), c = a + whole(3), d = b; break; // exact
-        case 5: a = whole(digits - 10) * 2, c = a / 2 + whole(1), d = b * 2 / 2, b = b / 2; break;
+        case 0:
+            break; // nothing in common
+        case 1:
+            c = a + whole(2), d = b + whole(2);
+            break; // nearly equal products
+        case 2:
+            c = b, d = a;
+            break; // equal products
+        case 3:
+            c = a + 1, d = b - 1;
+            break;
+        case 4:
+            a = whole(digits / 2), b = whole(digits / 2), c = a + whole(3), d = b;
+            break; // exact
+        case 5:
+            a = whole(digits - 10) * 2, c = a / 2 + whole(1), d = b * 2 / 2, b = b / 2;
+            break;
         }
         if (std::abs(c) > limit || std::abs(d) > limit) continue;
         const Int128 exact = Int128(a) * b - Int128(c) * d;
@@ -177,7 +190,8 @@ TEST_CASE("numerics: sums of 1e7 floats keep their mean (field figures: naive is
     CHECK(std::abs(double(pairwise_sum(std::span<const float>(values))) / exact - 1) < 4e-7);
 }
 
-TEST_CASE_TEMPLATE("numerics: a compensated sum survives a large term that goes away again", T, float, double) {
+TEST_CASE_TEMPLATE("numerics: a compensated sum survives a large term that goes away again", T, float,
+                   double) {
     const T large = T(std::numeric_limits<T>::digits == 24 ? 1e10 : 1e20);
     CompensatedSum<T> sum; // Neumaier's example, where Kahan's own sum gives 0
     for (const T x : {T(1), large, T(1), -large}) sum.add(x);
@@ -197,9 +211,11 @@ TEST_CASE("numerics: pairwise sums of aligned power-of-two blocks merge to the s
     const std::span<const float> all(values);
     for (std::size_t block = 8; block <= values.size(); block *= 2) {
         std::vector<float> partial;
-        for (std::size_t i = 0; i < values.size(); i += block) partial.push_back(pairwise_sum(all.subspan(i, block)));
+        for (std::size_t i = 0; i < values.size(); i += block)
+            partial.push_back(pairwise_sum(all.subspan(i, block)));
         while (partial.size() > 1) {
-            for (std::size_t i = 0; i < partial.size() / 2; ++i) partial[i] = partial[2 * i] + partial[2 * i + 1];
+            for (std::size_t i = 0; i < partial.size() / 2; ++i)
+                partial[i] = partial[2 * i] + partial[2 * i + 1];
             partial.resize(partial.size() / 2);
         }
         CHECK(bits_of(partial[0]) == bits_of(pairwise_sum(all)));

@@ -76,7 +76,8 @@ TEST_CASE("parallel: the first exception reaches the caller, the pool goes on wo
             try {
                 executor.parallel_for(1000, 1, [&](std::size_t begin, std::size_t) {
                     ++calls;
-                    if (begin == std::size_t(round * 4)) throw std::runtime_error("item " + std::to_string(begin));
+                    if (begin == std::size_t(round * 4))
+                        throw std::runtime_error("item " + std::to_string(begin));
                 });
             } catch (const std::runtime_error& error) {
                 caught = error.what() == "item " + std::to_string(round * 4);
@@ -110,13 +111,15 @@ TEST_CASE("parallel: calls inside calls run, on the same pool, on another, and a
         REQUIRE(sum == 60);
         CHECK_THROWS_AS(outer.parallel_for(4, 1,
                                            [&](std::size_t, std::size_t) {
-                                               outer.parallel_for(4, 1, [](std::size_t, std::size_t) { throw 1; });
+                                               outer.parallel_for(4, 1,
+                                                                  [](std::size_t, std::size_t) { throw 1; });
                                            }),
                         int);
     }
 }
 
-TEST_CASE("parallel: several threads take work when there is some, also after an exception inside a nested call") {
+TEST_CASE(
+    "parallel: several threads take work when there is some, also after an exception inside a nested call") {
     ThreadExecutor executor(4);
     for (int round = 0; round < 3; ++round) {
         // Each range waits for another thread to come in: with one thread working it would not end by itself.

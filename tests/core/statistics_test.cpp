@@ -41,5 +41,6 @@ TEST_CASE("statistics: z of a mean has unit variance") {
         z.add(m.z(0.5));
     }
     CHECK(std::abs(z.z(0)) < max_z);
-    CHECK(z.variance() == doctest::Approx(1).epsilon(0.13)); // four standard errors of a variance, sqrt(2 / 2000)
+    CHECK(z.variance() ==
+          doctest::Approx(1).epsilon(0.13)); // four standard errors of a variance, sqrt(2 / 2000)
 }

@@ -11,8 +11,16 @@ namespace {
 
 std::vector<std::vector<double>> weight_sets() {
     Random random(301);
-    std::vector<std::vector<double>> sets{{1}, {0, 3}, {3, 0}, {1, 1, 1}, {0, 0, 5, 0}, {1, 1e-6}, {1e-300, 1e300},
-                                          {4e-320, 8e-320}, {1.7e308, 1.7e308, 1.7e308}, {1e-40, 1}};
+    std::vector<std::vector<double>> sets{{1},
+                                          {0, 3},
+                                          {3, 0},
+                                          {1, 1, 1},
+                                          {0, 0, 5, 0},
+                                          {1, 1e-6},
+                                          {1e-300, 1e300},
+                                          {4e-320, 8e-320},
+                                          {1.7e308, 1.7e308, 1.7e308},
+                                          {1e-40, 1}};
     for (const std::size_t n : {2u, 5u, 16u, 100u, 1000u}) {
         std::vector<double> uniform(n), steep(n), holes(n), sun(n, 1);
         for (std::size_t i = 0; i < n; ++i) {
@@ -137,7 +145,8 @@ TEST_CASE("alias and distributions: nothing to draw, and weights that cannot be"
     for (const double wrong : {-1.0, -1e-300, double(INFINITY), -double(INFINITY), double(NAN)}) {
         const std::vector<double> weights{1, 2, wrong};
         CHECK(error_of<AliasTable>(std::span<const double>(weights)).find("weight 2") != std::string::npos);
-        CHECK(error_of<Distribution1D>(std::span<const double>(weights)).find("weight 2") != std::string::npos);
+        CHECK(error_of<Distribution1D>(std::span<const double>(weights)).find("weight 2") !=
+              std::string::npos);
     }
     const std::vector<float> image{1, 2, 3, 4, 5, NAN};
     CHECK(error_of<Distribution2D>(std::span<const float>(image), 3u, 2u) != "");
@@ -145,8 +154,9 @@ TEST_CASE("alias and distributions: nothing to draw, and weights that cannot be"
           std::string::npos);
 }
 
-TEST_CASE_TEMPLATE("distribution 1D: what is drawn is what pdf says, to the bit; sorted, and spread within a cell", T,
-                   float, double) {
+TEST_CASE_TEMPLATE(
+    "distribution 1D: what is drawn is what pdf says, to the bit; sorted, and spread within a cell", T, float,
+    double) {
     constexpr int steps = 1 << 20;
     for (const std::vector<double>& weights : weight_sets()) {
         const std::size_t n = weights.size();
@@ -231,8 +241,9 @@ std::vector<Map> maps() {
 }
 } // namespace
 
-TEST_CASE_TEMPLATE("distribution 2D: draws follow the image, pdf is the drawn one to the bit, and integrates to 1", T,
-                   float, double) {
+TEST_CASE_TEMPLATE(
+    "distribution 2D: draws follow the image, pdf is the drawn one to the bit, and integrates to 1", T, float,
+    double) {
     constexpr std::uint64_t seed = 305;
     INFO("seed " << seed);
     constexpr int draws = 300000;
@@ -251,7 +262,8 @@ TEST_CASE_TEMPLATE("distribution 2D: draws follow the image, pdf is the drawn on
             for (std::uint32_t x = 0; x < map.width; ++x) {
                 const std::size_t i = y * map.width + x;
                 const double share = map.weights[i] / sum;
-                const T pdf = distribution.pdf(Vec2<T>((T(x) + T(0.5)) / T(map.width), (T(y) + T(0.5)) / T(map.height)));
+                const T pdf = distribution.pdf(
+                    Vec2<T>((T(x) + T(0.5)) / T(map.width), (T(y) + T(0.5)) / T(map.height)));
                 integral += double(pdf) / pixels;
                 bad += std::abs(double(pdf) / pixels - share) > 1e-5 * share + 1e-7;
                 bad += (pdf == 0) != (share == 0);
@@ -268,7 +280,8 @@ TEST_CASE_TEMPLATE("distribution 2D: draws follow the image, pdf is the drawn on
         for (const T x : {T(0), one_minus_epsilon<T>, T(1)})
             for (const T y : {T(0), one_minus_epsilon<T>, T(1)}) {
                 const auto s = distribution.sample(Vec2<T>(x, y));
-                bad += s.index >= map.weights.size() || map.weights[s.index] == 0 || s.pdf != distribution.pdf(s.p);
+                bad += s.index >= map.weights.size() || map.weights[s.index] == 0 ||
+                       s.pdf != distribution.pdf(s.p);
             }
         CHECK(bad == 0);
         CHECK(chi_square_test(observed, expected) > min_p);

@@ -48,10 +48,12 @@ TEST_CASE("hash: every input bit flips every output bit with a chance near one h
         for (int k = 0; k < trials; ++k) {
             // Counters are what we hash: small numbers as well as random ones.
             const std::uint64_t x = k % 2 ? random.bits() : random.bits() >> 44;
-            const std::uint64_t changed = mix_bits(x + golden_ratio_64) ^ mix_bits((x ^ 1ull << in) + golden_ratio_64);
+            const std::uint64_t changed =
+                mix_bits(x + golden_ratio_64) ^ mix_bits((x ^ 1ull << in) + golden_ratio_64);
             for (int out = 0; out < 64; ++out) flips[std::size_t(out)] += int(changed >> out & 1);
         }
-        for (const int f : flips) worst = std::max(worst, std::abs(f - trials / 2.0) / std::sqrt(trials / 4.0));
+        for (const int f : flips)
+            worst = std::max(worst, std::abs(f - trials / 2.0) / std::sqrt(trials / 4.0));
     }
     CHECK(worst < 5.0); // of 4096 normal variables; a right hash exceeds it with probability 0.002
 }
@@ -89,7 +91,8 @@ TEST_CASE_TEMPLATE("samplers: 1e7 draws stay in [0, 1)", T, float, double) {
     }
 }
 
-TEST_CASE_TEMPLATE("sobol: one point in each elementary interval of each aligned block of 2^k", T, float, double) {
+TEST_CASE_TEMPLATE("sobol: one point in each elementary interval of each aligned block of 2^k", T, float,
+                   double) {
     for (const std::uint32_t seed : {0u, 1u, 77u}) {
         INFO("seed " << seed);
         const SobolSampler<T> sampler(seed);
@@ -109,7 +112,8 @@ TEST_CASE_TEMPLATE("sobol: one point in each elementary interval of each aligned
                     for (std::uint32_t a = 0; a <= k; ++a) {
                         std::vector<int> box(n);
                         for (const Vec2<T>& q : p)
-                            ++box[(std::size_t(q.x * T(1u << a)) << (k - a)) + std::size_t(q.y * T(1u << (k - a)))];
+                            ++box[(std::size_t(q.x * T(1u << a)) << (k - a)) +
+                                  std::size_t(q.y * T(1u << (k - a)))];
                         for (const int c : box) wrong += c != 1;
                     }
                 }
@@ -137,8 +141,8 @@ TEST_CASE("sobol: the hash scrambles a tree: each bit depends on the bits above 
     Random random(4);
     for (int k = 0; k < 20000; ++k) {
         const std::uint32_t x = random.bits32(), seed = random.bits32(), bit = random.below(32);
-        const std::uint32_t changed = detail::owen_scramble_reversed(x, seed) ^
-                                      detail::owen_scramble_reversed(x ^ 1u << bit, seed);
+        const std::uint32_t changed =
+            detail::owen_scramble_reversed(x, seed) ^ detail::owen_scramble_reversed(x ^ 1u << bit, seed);
         REQUIRE((changed & ((1u << bit) - 1)) == 0);
         REQUIRE((changed >> bit & 1) == 1);
     }
@@ -183,8 +187,10 @@ TEST_CASE("sobol: hashed scrambling is as good as Owen's own, drawn bit by bit f
     }
 }
 
-TEST_CASE_TEMPLATE("stratified: one sample a stratum at any number of samples, and again after it", T, float, double) {
-    for (const std::uint32_t n : {1u, 2u, 3u, 4u, 5u, 7u, 8u, 12u, 16u, 17u, 31u, 64u, 97u, 100u, 121u, 1000u}) {
+TEST_CASE_TEMPLATE("stratified: one sample a stratum at any number of samples, and again after it", T, float,
+                   double) {
+    for (const std::uint32_t n :
+         {1u, 2u, 3u, 4u, 5u, 7u, 8u, 12u, 16u, 17u, 31u, 64u, 97u, 100u, 121u, 1000u}) {
         CAPTURE(n);
         const StratifiedSampler<T> sampler(11, n);
         const auto columns = std::uint32_t(std::sqrt(double(n)));
@@ -195,7 +201,8 @@ TEST_CASE_TEMPLATE("stratified: one sample a stratum at any number of samples, a
             std::vector<int> line(n), down(n), across(columns * rows), cell(columns * rows);
             for (std::uint32_t i = 0; i < n; ++i) {
                 const auto stream = sampler.at(trial, 3, pattern * n + i);
-                const double a = stream.get_1d(trial), x = stream.get_2d(trial + 1).x, y = stream.get_2d(trial + 1).y;
+                const double a = stream.get_1d(trial), x = stream.get_2d(trial + 1).x,
+                             y = stream.get_2d(trial + 1).y;
                 ++line[std::min(n - 1, std::uint32_t(a * n))];
                 const auto place = std::min(n - 1, std::uint32_t(y * n));
                 ++down[place];
@@ -251,7 +258,8 @@ TEST_CASE("samplers: each sample alone is uniform, to its last bits") {
                 ++low[bin(p.x * 1024 - std::floor(p.x * 1024), 64)];
                 ++square[bin(p.x, 16) * 16 + bin(p.y, 16)];
             }
-            for (const auto* bins : {&one, &x, &y, &low, &square}) CHECK(chi_square_uniform(*bins) > 1e-5); // 90 tests
+            for (const auto* bins : {&one, &x, &y, &low, &square})
+                CHECK(chi_square_uniform(*bins) > 1e-5); // 90 tests
         }
     });
 }
@@ -273,7 +281,9 @@ TEST_CASE("samplers: dimensions, pixels, and seeds are independent of one anothe
                 const auto here = sampler.at(2 * px, 2 * py + 1, index);
                 const float a = here.get_1d(0);
                 const Vec2f p = here.get_2d(1), q = here.get_2d(2);
-                const auto count = [&](std::vector<double>& bins, float b) { ++bins[bin(a, 16) * 16 + bin(b, 16)]; };
+                const auto count = [&](std::vector<double>& bins, float b) {
+                    ++bins[bin(a, 16) * 16 + bin(b, 16)];
+                };
                 count(dimensions, p.x);
                 count(far_dimensions, here.get_1d(32));
                 count(right, sampler.at(2 * px + 1, 2 * py + 1, index).get_1d(0));
@@ -282,7 +292,8 @@ TEST_CASE("samplers: dimensions, pixels, and seeds are independent of one anothe
                 count(mirrored, sampler.at(2 * py + 1, 2 * px, index).get_1d(0));
                 ++triple[(bin(p.x, 8) * 8 + bin(p.y, 8)) * 8 + bin(q.y, 8)];
             }
-            for (const auto* bins : {&dimensions, &far_dimensions, &right, &below, &mirrored, &triple, &seeds})
+            for (const auto* bins :
+                 {&dimensions, &far_dimensions, &right, &below, &mirrored, &triple, &seeds})
                 CHECK(chi_square_uniform(*bins) > 1e-5); // 63 tests
         }
     });
@@ -348,7 +359,9 @@ TEST_CASE("samplers: a path with roulette is unbiased at every number of samples
 }
 
 TEST_CASE("S7: stratification: error falls faster than N^-0.5") {
-    const auto smooth = [](Vec2d u) { return 1 / (1 + 4 * (u.x - 0.3) * (u.x - 0.3) + 2 * (u.y - 0.6) * (u.y - 0.6)); };
+    const auto smooth = [](Vec2d u) {
+        return 1 / (1 + 4 * (u.x - 0.3) * (u.x - 0.3) + 2 * (u.y - 0.6) * (u.y - 0.6));
+    };
     const auto edge = [](Vec2d u) { return u.y < 0.3 + 0.37 * u.x ? 1.0 : 0.0; };
     const auto soft_edge = [](Vec2d u) { return std::clamp((0.4 + 0.37 * u.x - u.y) * 5 + 0.5, 0.0, 1.0); };
     constexpr std::uint32_t seed = 41, runs = 1500;
@@ -365,8 +378,8 @@ TEST_CASE("S7: stratification: error falls faster than N^-0.5") {
         }
         return std::sqrt(squares);
     };
-    const auto rates = [&](const char* what, auto f, double sobol_rate, double stratified_rate, double sobol_64,
-                           double stratified_64) {
+    const auto rates = [&](const char* what, auto f, double sobol_rate, double stratified_rate,
+                           double sobol_64, double stratified_64) {
         double exact = 0;
         for (int i = 0; i < 2000; ++i)
             for (int j = 0; j < 2000; ++j) exact += f({(i + 0.5) / 2000, (j + 0.5) / 2000}) / 4e6;

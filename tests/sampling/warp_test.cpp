@@ -21,7 +21,8 @@ double test_directions(std::uint64_t seed, double cos_low, Direction direction, 
     for (int i = 0; i < samples; ++i) {
         const Vec3d d = direction(Vec2f(random.uniform_float(), random.uniform_float()));
         const double ring = (d.z - cos_low) / (1 - cos_low) * rings, phi = std::atan2(d.y, d.x) / turn + 0.5;
-        const auto r = std::size_t(std::clamp(ring, 0.0, rings - 1.0)), s = std::size_t(phi * sectors) % sectors;
+        const auto r = std::size_t(std::clamp(ring, 0.0, rings - 1.0)),
+                   s = std::size_t(phi * sectors) % sectors;
         ++observed[r * sectors + s];
     }
     for (std::size_t r = 0; r < rings; ++r) {
@@ -39,8 +40,16 @@ double test_directions(std::uint64_t seed, double cos_low, Direction direction, 
 template <class T>
 std::vector<T> awkward() {
     const T step = std::numeric_limits<T>::epsilon() / 2;
-    return {0, std::numeric_limits<T>::denorm_min(), step, T(0.25), next_down(T(0.5)), T(0.5), T(0.5) - step / 2,
-            T(0.5) + step, T(0.75), one_minus_epsilon<T>};
+    return {0,
+            std::numeric_limits<T>::denorm_min(),
+            step,
+            T(0.25),
+            next_down(T(0.5)),
+            T(0.5),
+            T(0.5) - step / 2,
+            T(0.5) + step,
+            T(0.75),
+            one_minus_epsilon<T>};
 }
 
 } // namespace
@@ -60,7 +69,8 @@ TEST_CASE("warps: directions follow the density beside them (chi-square)") {
     for (const float sin2 : {1.0f, 0.5f, 0.01f}) {
         CAPTURE(sin2);
         CHECK(test_directions(
-                  seed, 1 - one_minus_cos(double(sin2)), [&](Vec2f u) { return Vec3d(square_to_uniform_cone(u, sin2)); },
+                  seed, 1 - one_minus_cos(double(sin2)),
+                  [&](Vec2f u) { return Vec3d(square_to_uniform_cone(u, sin2)); },
                   [&](double) { return double(uniform_cone_pdf(sin2)); }) > min_p);
     }
 }
@@ -82,7 +92,8 @@ TEST_CASE("warps: disk and triangle are uniform (chi-square)") {
         outside += !(b.x >= 0 && b.y >= 0 && 1 - b.x - b.y >= 0);
         // sqrt takes the triangle back to a square of equal chances: an independent way
         const double s = (1.0 - b.x) * (1.0 - b.x), t = b.x < 1 ? b.y / (1.0 - b.x) : 0;
-        ++triangle[std::min<std::size_t>(19, std::size_t(s * 20)) * 20 + std::min<std::size_t>(19, std::size_t(t * 20))];
+        ++triangle[std::min<std::size_t>(19, std::size_t(s * 20)) * 20 +
+                   std::min<std::size_t>(19, std::size_t(t * 20))];
     }
     CHECK(outside == 0);
     CHECK(chi_square_uniform(disk) > min_p);
@@ -96,10 +107,11 @@ TEST_CASE("S1: cosine-weighted bounce") {
     constexpr std::uint64_t seed = 103;
     INFO("seed " << seed);
     Random random(seed);
-    std::vector<Vec3f> normals{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1},
-                               {1e-4f, -1e-4f, -1}, {0.6f, 0.0f, -0.8f}};
+    std::vector<Vec3f> normals{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0},           {0, -1, 0},
+                               {0, 0, 1}, {0, 0, -1}, {1e-4f, -1e-4f, -1}, {0.6f, 0.0f, -0.8f}};
     for (int i = 0; i < 8; ++i)
-        normals.push_back(normalize(Vec3f(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1))));
+        normals.push_back(
+            normalize(Vec3f(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1))));
     for (const Vec3f& normal : normals) {
         const Frame<float> frame(normal);
         const Vec3d n = normalize(Vec3d(normal));
@@ -132,7 +144,8 @@ TEST_CASE_TEMPLATE("warps: unit length, finite and inside for every awkward u", 
     std::vector<Vec2<T>> points;
     for (const T x : awkward<T>())
         for (const T y : awkward<T>()) points.push_back({x, y});
-    for (int i = 0; i < 300000; ++i) { // along the square's border and its diagonals, where r and z are extreme
+    for (int i = 0; i < 300000;
+         ++i) { // along the square's border and its diagonals, where r and z are extreme
         const T a = T(random.uniform_float());
         for (const T x : {T(0), one_minus_epsilon<T>}) {
             points.push_back({x, a});
@@ -146,7 +159,8 @@ TEST_CASE_TEMPLATE("warps: unit length, finite and inside for every awkward u", 
         bad += !(cosine_hemisphere_pdf(c.z) > 0);
         check(square_to_uniform_hemisphere(u), 0);
         check(square_to_uniform_sphere(u), -1);
-        for (const T sin2 : {T(1), T(0.3), T(1e-6), T(1e-12), T(1e-30)}) check(square_to_uniform_cone(u, sin2), 0);
+        for (const T sin2 : {T(1), T(0.3), T(1e-6), T(1e-12), T(1e-30)})
+            check(square_to_uniform_cone(u, sin2), 0);
         const Vec2<T> b = square_to_triangle(u);
         bad += !(b.x >= 0 && b.y >= 0 && 1 - b.x - b.y >= 0);
     }
@@ -168,7 +182,8 @@ TEST_CASE("warps: cones down to a hair keep their density and their spread") {
         CHECK(uniform_cone_pdf(sin2) * solid_angle == doctest::Approx(1).epsilon(1e-13));
         Moments share; // of the cone's solid angle inside the sample's own; uniform in [0, 1]
         for (int i = 0; i < 100000; ++i) {
-            const Vec3f d = square_to_uniform_cone(Vec2f(random.uniform_float(), random.uniform_float()), float(sin2));
+            const Vec3f d =
+                square_to_uniform_cone(Vec2f(random.uniform_float(), random.uniform_float()), float(sin2));
             const double s2 = double(d.x) * d.x + double(d.y) * d.y;
             share.add(s2 / (1 + std::sqrt(std::max(0.0, 1 - s2))) / (2 * half * half));
         }

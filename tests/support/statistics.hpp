@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-/// Statistics that tests decide by, in double. Seeds are fixed, so a verdict never changes from run to run: the
-/// confidence says how likely a right program was to fail when the test was first written.
+/// Statistics that tests decide by, in double. Seeds are fixed, so a verdict never changes from run to run:
+/// the confidence says how likely a right program was to fail when the test was first written.
 namespace lambent_test {
 
 /// Bound for |z|: a right program exceeds it with probability 6.3e-5.
@@ -131,8 +131,8 @@ public:
         return state_ * 0x2545f4914f6cdd1du;
     }
     std::uint32_t bits32() { return std::uint32_t(bits() >> 32); }
-    double uniform() { return double(bits() >> 11) * 0x1p-53; }                 ///< [0, 1), 53 bits
-    float uniform_float() { return float(bits() >> 40) * 0x1p-24f; }            ///< [0, 1), 24 bits
+    double uniform() { return double(bits() >> 11) * 0x1p-53; }      ///< [0, 1), 53 bits
+    float uniform_float() { return float(bits() >> 40) * 0x1p-24f; } ///< [0, 1), 24 bits
     double uniform(double low, double high) { return low + (high - low) * uniform(); }
     std::uint32_t below(std::uint32_t n) { return std::uint32_t((std::uint64_t(bits32()) * n) >> 32); }
 

@@ -35,6 +35,18 @@ inline T opaque(T value) {
 #endif
     return value;
 }
+
+/// a·b − product, exactly, for double without the instruction.
+/// source  Dekker, Numer. Math. 18 (1971), with Veltkamp's splitting
+inline double product_error(double a, double b, double product) {
+    const auto upper = [](double x) { // the upper 26 bits
+        const double scaled = opaque(134217729.0 * x);
+        return opaque(scaled - opaque(scaled - x));
+    };
+    const double a_high = upper(a), a_low = a - a_high, b_high = upper(b), b_low = b - b_high;
+    const double error = opaque(opaque(a_high * b_high) - product);
+    return opaque(opaque(error + a_high * b_low) + a_low * b_high) + a_low * b_low;
+}
 } // namespace detail
 
 /// Neither infinite nor NaN, by the exponent's bits: std::isfinite is always true under -ffast-math.
@@ -79,6 +91,10 @@ template <std::floating_point T>
 inline T difference_of_products(T a, T b, T c, T d) {
     if constexpr (!LAMBENT_HAS_FMA && std::is_same_v<T, float>) {
         return float(double(a) * double(b) - double(c) * double(d)); // both products are exact in double
+    } else if constexpr (!LAMBENT_HAS_FMA) { // not std::fma: clang makes a·b + c of it under -ffast-math
+        const T ab = detail::opaque(a * b), cd = detail::opaque(c * d);
+        const T error = detail::opaque(detail::product_error(a, b, ab) - detail::product_error(c, d, cd));
+        return detail::opaque(ab - cd) + error;
     } else {
         const T cd = detail::opaque(c * d);
         const T error = std::fma(-c, d, cd);
@@ -123,7 +139,7 @@ inline T pairwise_sum(std::span<const T> values) {
         return sum;
     }
     const std::size_t half = std::bit_ceil(values.size()) / 2;
-    return pairwise_sum(values.first(half)) + pairwise_sum(values.subspan(half));
+    return detail::opaque(pairwise_sum(values.first(half)) + pairwise_sum(values.subspan(half)));
 }
 
 /// Square root that takes the small negative values of rounding as 0.

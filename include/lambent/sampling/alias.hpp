@@ -1,7 +1,7 @@
 #pragma once
+#include <algorithm>
 #include <lambent/sampling/hash.hpp>
 #include <lambent/sampling/quantise.hpp>
-#include <algorithm>
 #include <vector>
 
 namespace lambent {
@@ -23,8 +23,8 @@ public:
 
     AliasTable() = default;
 
-    /// Empty where there are no weights or all are 0. Throws lambent::Error on a negative or non-finite weight,
-    /// and on more than 2^30 of them. O(n).
+    /// Empty where there are no weights or all are 0. Throws lambent::Error on a negative or non-finite
+    /// weight, and on more than 2^30 of them. O(n).
     explicit AliasTable(std::span<const double> weights) {
         require(weights.size() <= (std::size_t(1) << 30), "AliasTable: more than 2^30 weights");
         const std::size_t n = weights.size();
@@ -54,8 +54,8 @@ public:
     bool empty() const { return slots_.empty(); }
     std::size_t size() const { return slots_.size(); }
 
-    /// u in [0, 1). A float of 24 bits leaves 2^24 / size() levels inside a slot: from some ten thousand items on,
-    /// draw u in double.
+    /// u in [0, 1). A float of 24 bits leaves 2^24 / size() levels inside a slot: from some ten thousand
+    /// items on, draw u in double.
     template <std::floating_point T>
     Sample<T> sample(T u) const {
         if (empty()) return {0, 0, u};
@@ -69,7 +69,9 @@ public:
     }
 
     /// The chance that `sample` returns this index; 0 in an empty table and beyond its end.
-    float probability(std::size_t index) const { return index < probability_.size() ? probability_[index] : 0; }
+    float probability(std::size_t index) const {
+        return index < probability_.size() ? probability_[index] : 0;
+    }
 
 private:
     static constexpr std::uint64_t full = std::uint64_t(1) << 32;

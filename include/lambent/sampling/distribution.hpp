@@ -1,8 +1,8 @@
 #pragma once
+#include <algorithm>
 #include <lambent/core/vec.hpp>
 #include <lambent/sampling/hash.hpp>
 #include <lambent/sampling/quantise.hpp>
-#include <algorithm>
 #include <vector>
 
 namespace lambent {
@@ -81,8 +81,8 @@ public:
 
     Distribution1D() = default;
 
-    /// Empty where there are no weights or all are 0. Throws lambent::Error on a negative or non-finite weight,
-    /// and on more than 2^20 of them. O(n).
+    /// Empty where there are no weights or all are 0. Throws lambent::Error on a negative or non-finite
+    /// weight, and on more than 2^20 of them. O(n).
     explicit Distribution1D(std::span<const double> weights) { build(weights); }
     explicit Distribution1D(std::span<const float> weights) { build(weights); }
 
@@ -118,9 +118,9 @@ private:
     std::vector<std::uint32_t> starts_;
 };
 
-/// A piecewise-constant density over the unit square from an image of non-negative weights: the row is drawn from
-/// the rows' sums by u.y, then the column in that row by u.x. Exact in the same sense as Distribution1D. For an
-/// environment map multiply each row by the sine of its centre's polar angle first.
+/// A piecewise-constant density over the unit square from an image of non-negative weights: the row is drawn
+/// from the rows' sums by u.y, then the column in that row by u.x. Exact in the same sense as Distribution1D.
+/// For an environment map multiply each row by the sine of its centre's polar angle first.
 class Distribution2D {
 public:
     template <class T>
@@ -132,13 +132,14 @@ public:
 
     Distribution2D() = default;
 
-    /// `weights` holds height rows of width values. Empty where all of them are 0 or there are none. Throws lambent::Error
-    /// on a negative or non-finite weight, on a size that does not match, and on a side above 2^20.
+    /// `weights` holds height rows of width values. Empty where all of them are 0 or there are none. Throws
+    /// lambent::Error on a negative or non-finite weight, on a size that does not match, and on a side above
+    /// 2^20.
     /// cost  O(width · height); keeps 4 bytes a value
     Distribution2D(std::span<const float> weights, std::uint32_t width, std::uint32_t height) {
         require(weights.size() == std::size_t(width) * height, [&] {
-            return "Distribution2D: " + std::to_string(weights.size()) + " weights for " + std::to_string(width) +
-                   " x " + std::to_string(height);
+            return "Distribution2D: " + std::to_string(weights.size()) + " weights for " +
+                   std::to_string(width) + " x " + std::to_string(height);
         });
         require(width <= (1u << 20) && height <= (1u << 20), "Distribution2D: a side is above 2^20");
         width_ = width;
@@ -146,7 +147,8 @@ public:
         std::vector<double> rows(height);
         for (std::uint32_t y = 0; y < height; ++y) {
             const auto row = weights.subspan(std::size_t(y) * width, width);
-            detail::make_cdf(row, std::span(columns_).subspan(y * (std::size_t(width) + 1), width + 1), "Distribution2D");
+            detail::make_cdf(row, std::span(columns_).subspan(y * (std::size_t(width) + 1), width + 1),
+                             "Distribution2D");
             CompensatedSum<double> sum;
             for (const float weight : row) sum.add(weight);
             rows[y] = sum.value();

@@ -1,7 +1,7 @@
 #pragma once
-#include <lambent/core/config.hpp>
 #include <concepts>
 #include <cstdint>
+#include <lambent/core/config.hpp>
 #include <limits>
 
 /// Integer hashing and the way from bits to numbers in [0, 1): all the randomness of the library is a hash of

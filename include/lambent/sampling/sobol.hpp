@@ -16,7 +16,7 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) {
 
 /// Owen's scrambling of a number whose bits stand in reverse, most significant lowest: each bit is flipped or
 /// not by a hash of the seed and the bits below it, which is what a carry does.
-/// source  the idea: Laine, Karras, EGSR 2011; the multipliers: N. Vegdahl, "Building a better LK hash" (2021)
+/// source  the idea: Laine, Karras, EGSR 2011; the multipliers: Vegdahl, "Building a better LK hash" (2021)
 constexpr std::uint32_t owen_scramble_reversed(std::uint32_t x, std::uint32_t seed) {
     x ^= x * 0x3d20adeau;
     x += seed;
@@ -39,8 +39,8 @@ constexpr std::uint32_t sobol_second_reversed(std::uint32_t index) {
 } // namespace detail
 
 /// Owen-scrambled Sobol points: the default. Every dimension, 1D or 2D, is its own randomised copy of Sobol's
-/// first two dimensions, a (0,2)-sequence: any aligned 2^k samples put one point into each of the 2^k boxes of
-/// every power-of-two shape. The order of the points is shuffled per dimension as well, so that pairs of
+/// first two dimensions, a (0,2)-sequence: any aligned 2^k samples put one point into each of the 2^k boxes
+/// of every power-of-two shape. The order of the points is shuffled per dimension as well, so that pairs of
 /// dimensions are as good as independent. Best at 2^k samples, unbiased at any number.
 /// source  Burley, "Practical hash-based Owen scrambling", JCGT 9:4 (2020)
 template <class T>

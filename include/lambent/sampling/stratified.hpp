@@ -1,10 +1,10 @@
 #pragma once
-#include <lambent/core/error.hpp>
-#include <lambent/sampling/hash.hpp>
-#include <lambent/sampling/sampler.hpp>
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <lambent/core/error.hpp>
+#include <lambent/sampling/hash.hpp>
+#include <lambent/sampling/sampler.hpp>
 #include <string>
 
 namespace lambent {
@@ -12,8 +12,8 @@ inline namespace LAMBENT_ABI {
 
 namespace detail {
 /// Where item i of [0, n) goes in a shuffle picked by `key`; n > 0. Walks cycles of a bijection on the next
-/// power of two, then rotates by a random amount: each item lands on each place with chance exactly 1/n, which
-/// a hash alone does not give for small n, and without which estimates are biased.
+/// power of two, then rotates by a random amount: each item lands on each place with chance exactly 1/n,
+/// which a hash alone does not give for small n, and without which estimates are biased.
 /// source  cycle walking: Black, Rogaway, CT-RSA 2002; for strata: Kensler, Pixar TM 13-01 (2013)
 constexpr std::uint32_t permute(std::uint32_t i, std::uint32_t n, std::uint64_t key) {
     const std::uint32_t mask = std::bit_ceil(n) - 1u;
@@ -22,7 +22,7 @@ constexpr std::uint32_t permute(std::uint32_t i, std::uint32_t n, std::uint64_t 
     const std::uint32_t keys[] = {std::uint32_t(key), std::uint32_t(key >> 32), std::uint32_t(more),
                                   std::uint32_t(more >> 32)};
     do {
-        for (unsigned round = 0; round < 6; ++round) { // with fewer, some pairs of places are dealt more often
+        for (unsigned round = 0; round < 6; ++round) { // with fewer, some pairs are dealt more often
             const std::uint32_t k = keys[round % 4];
             i = ((i + k) * (k >> (8 + round / 4 * 4) | 1u)) & mask;
             i ^= i >> shift;
@@ -86,8 +86,9 @@ public:
             const std::uint32_t sub_column = detail::permute(row, strata_.rows, mix_bits(key ^ 2));
             const T jitter_x = to_unit<T>(std::uint32_t(jitter >> 32));
             const T jitter_y = to_unit<T>(std::uint32_t(jitter));
-            return {below_one((T(column) + (T(sub_column) + jitter_x) / T(strata_.rows)) / T(strata_.columns)),
-                    below_one((T(place) + jitter_y) / T(strata_.count))};
+            return {
+                below_one((T(column) + (T(sub_column) + jitter_x) / T(strata_.rows)) / T(strata_.columns)),
+                below_one((T(place) + jitter_y) / T(strata_.count))};
         }
 
     private:

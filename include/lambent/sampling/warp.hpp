@@ -1,12 +1,12 @@
 #pragma once
+#include <cmath>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
-#include <cmath>
 #include <limits>
 
 /// Maps from the unit square to shapes, each beside its density. They keep areas, and neighbours
-/// neighbours, so that well-spread points stay so. u lies in [0, 1)²; the axis of every shape is +z; directions
-/// have unit length; densities are over solid angle, or over area for disk and triangle.
+/// neighbours, so that well-spread points stay so. u lies in [0, 1)²; the axis of every shape is +z;
+/// directions have unit length; densities are over solid angle, or over area for disk and triangle.
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
@@ -78,14 +78,14 @@ constexpr T uniform_sphere_pdf() {
     return inv_pi<T> / 4;
 }
 
-/// 1 − cos of a cone's half angle (at most 90°) from the square of its sine, with full precision also where the
-/// cosine rounds to 1. For a sphere seen from outside sin² is radius² / distance².
+/// 1 − cos of a cone's half angle (at most 90°) from the square of its sine, with full precision also where
+/// the cosine rounds to 1. For a sphere seen from outside sin² is radius² / distance².
 template <class T>
 inline T one_minus_cos(T sin2_theta_max) {
     return sin2_theta_max / (1 + safe_sqrt(1 - sin2_theta_max));
 }
 
-/// Uniform in the cone around +z whose half angle, at most 90°, has this squared sine; 0 < sin2_theta_max <= 1.
+/// Uniform in the cone around +z whose half angle, at most 90°, has this squared sine, in (0, 1].
 template <class T>
 inline Vec3<T> square_to_uniform_cone(const Vec2<T>& u, T sin2_theta_max) {
     const detail::DiskPoint<T> d = detail::concentric_disk(u);
