@@ -7,6 +7,16 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
+/// Bound, an axis each, on the error of a point p0 + p1 + p2 of a triangle (its vertices times their weights),
+/// and on that of the distance at which a ray that starts there would meet the triangle again: the latter
+/// grows with the triangle's extent, also where the point itself is exact.
+template <class T>
+inline Vec3<T> triangle_error(const Vec3<T>& p0, const Vec3<T>& p1, const Vec3<T>& p2,
+                              const std::array<Vec3<T>, 3>& vertices) {
+    const Vec3<T> extent = max(abs(vertices[1] - vertices[0]), abs(vertices[2] - vertices[0]));
+    return gamma_bound<T>(7) * (abs(p0) + abs(p1) + abs(p2)) + Vec3<T>(gamma_bound<T>(4) * max_component(extent));
+}
+
 /// A triangle that emits, sampled uniformly over its area. Radiance is the caller's to fill in: it may vary
 /// over the triangle, by the barycentrics that `sample` reports.
 template <class T>
@@ -31,7 +41,7 @@ struct TriangleLight {
         const Vec3<T> p0 = vertices[0] * (1 - barycentric.x - barycentric.y);
         const Vec3<T> p1 = vertices[1] * barycentric.x, p2 = vertices[2] * barycentric.y;
         s.target = p0 + p1 + p2;
-        s.target_error = gamma_bound<T>(7) * (abs(p0) + abs(p1) + abs(p2));
+        s.target_error = triangle_error(p0, p1, p2, vertices);
         const Vec3<T> to_light = s.target - from;
         const T distance2 = dot(to_light, to_light);
         const Vec3<T> doubled_area = area_vector();

@@ -145,7 +145,7 @@ private:
         const T strength = max_component(path.throughput);
         if (!(strength > 0) || !is_finite(strength)) return;
         if (path.depth >= options.roulette_depth) {
-            const T survival = std::clamp(strength, T(0.05), T(1));
+            const T survival = std::clamp(strength, T(0.05), T(0.99)); // white mazes end too
             if (!(stream.get_1d(base + dimensions::roulette) < survival)) return;
             path.throughput /= survival;
         }

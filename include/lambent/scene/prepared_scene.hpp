@@ -94,7 +94,7 @@ public:
             const Vec3<T> p0 = scene_.positions[t[0]] * w, p1 = scene_.positions[t[1]] * hit.u,
                           p2 = scene_.positions[t[2]] * hit.v;
             s.position = p0 + p1 + p2;
-            s.position_error = gamma_bound<T>(7) * (abs(p0) + abs(p1) + abs(p2));
+            s.position_error = triangle_error(p0, p1, p2, triangle_light(hit.primitive).vertices);
             s.geometric_normal = triangle_normal(hit.primitive);
             s.shading_normal = s.geometric_normal;
             if (!scene_.normals.empty()) {
