@@ -3,7 +3,7 @@
 add_library(lambent_warnings INTERFACE)
 target_compile_options(lambent_warnings INTERFACE
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
-    $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi>)
+    -Wno-psabi) # packs wider than a register of the machine are passed in memory, and may be
 if(LAMBENT_WERROR)
     target_compile_options(lambent_warnings INTERFACE -Werror)
 endif()

@@ -1,0 +1,3 @@
+#include "work.hpp"
+
+Report narrow_report() { return make_report(); }

@@ -1,0 +1,3 @@
+#include "work.hpp"
+
+Report wide_report() { return make_report(); }
