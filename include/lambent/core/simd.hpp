@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/config.hpp>
+#include <lambent/core/numerics.hpp>
 #include <bit>
 #include <cmath>
 #include <concepts>
@@ -227,17 +228,6 @@ inline Pack<T, N> opaque(Pack<T, N> a) {
     return a;
 }
 
-/// c − a·b with the exact sign of the result, and an error of little more than one rounding.
-template <class T, int N>
-inline Pack<T, N> negated_multiply_add(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
-    if constexpr (!LAMBENT_HAS_FMA && std::is_same_v<T, float>) {
-        const auto product = opaque(convert<double>(a) * convert<double>(b)); // exact
-        return convert<float>(convert<double>(c) - product);
-    } else {
-        return fma(-a, b, c);
-    }
-}
-
 /// a·b − c·d with the exact sign: see the scalar function of this name in core/numerics.hpp.
 template <class T, int N>
 inline Pack<T, N> difference_of_products(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c, Pack<T, N> d) {
@@ -245,9 +235,26 @@ inline Pack<T, N> difference_of_products(Pack<T, N> a, Pack<T, N> b, Pack<T, N> 
         const auto ab = opaque(convert<double>(a) * convert<double>(b));
         const auto cd = opaque(convert<double>(c) * convert<double>(d));
         return convert<float>(ab - cd);
+    } else if constexpr (!LAMBENT_HAS_FMA) {
+        Pack<T, N> r;
+        for (int i = 0; i < N; ++i) r.set(i, difference_of_products(a[i], b[i], c[i], d[i]));
+        return r;
     } else {
         const auto cd = opaque(c * d);
         return fma(a, b, -cd) + opaque(fma(-c, d, cd));
+    }
+}
+
+/// c − a·b with the exact sign of the result, and an error of little more than one rounding.
+template <class T, int N>
+inline Pack<T, N> negated_multiply_add(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
+    if constexpr (!LAMBENT_HAS_FMA && std::is_same_v<T, float>) {
+        const auto product = opaque(convert<double>(a) * convert<double>(b)); // exact
+        return convert<float>(convert<double>(c) - product);
+    } else if constexpr (!LAMBENT_HAS_FMA) {
+        return difference_of_products(c, Pack<T, N>(T(1)), a, b);
+    } else {
+        return fma(-a, b, c);
     }
 }
 

@@ -1,0 +1,77 @@
+#pragma once
+#include <lambent/bvh/bvh.hpp>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// What a tree is like. A box's chance of being met by a ray that meets the root's is the ratio of their areas.
+struct BvhStatistics {
+    std::size_t nodes = 0, leaves = 0, blocks = 0, triangles = 0, dropped = 0;
+    int depth = 0;             ///< nodes on the longest way down
+    double node_visits = 0;    ///< expected of such a ray, without regard to hits
+    double block_tests = 0;    ///< the same
+    double sah_cost = 0;       ///< node_visits + block_tests
+    double node_fill = 0;      ///< mean share of the children's places that are taken, in [0, 1]
+    double block_fill = 0;     ///< mean share of the blocks' lanes that hold a triangle, in [0, 1]
+    std::size_t node_bytes = 0, block_bytes = 0; ///< of what the queries read
+
+    double bytes_per_triangle() const {
+        return triangles == 0 ? 0.0 : double(node_bytes + block_bytes) / double(triangles);
+    }
+};
+
+/// cost  a walk over the whole tree
+template <class T>
+BvhStatistics statistics(const BasicBvh<T>& bvh) {
+    using detail::Child;
+    const detail::WideTree<T>& tree = bvh.tree();
+    constexpr int width = node_width<T>;
+    BvhStatistics s;
+    s.nodes = tree.nodes.size();
+    s.blocks = tree.blocks.size();
+    s.triangles = tree.triangles;
+    s.dropped = tree.dropped;
+    s.node_bytes = s.nodes * sizeof(detail::WideNode<T>);
+    s.block_bytes = s.blocks * sizeof(TriangleBlock<T>);
+    if (bvh.empty()) return s;
+
+    const double root_area = double(tree.bounds.half_area());
+    const auto chance = [&](double area) { return root_area > 0 ? area / root_area : 1.0; };
+    std::size_t children = 0;
+    std::vector<std::pair<std::uint32_t, int>> stack{{0u, 1}};
+    s.node_visits = 1;
+    while (!stack.empty()) {
+        const auto [index, depth] = stack.back();
+        stack.pop_back();
+        if (depth > s.depth) s.depth = depth;
+        const detail::WideNode<T>& node = tree.nodes[index];
+        for (int lane = 0; lane < width; ++lane) {
+            if (!(node.plane[0][lane] <= node.plane[1][lane])) continue;
+            ++children;
+            const double x = double(node.plane[1][lane]) - double(node.plane[0][lane]),
+                         y = double(node.plane[3][lane]) - double(node.plane[2][lane]),
+                         z = double(node.plane[5][lane]) - double(node.plane[4][lane]);
+            const double p = chance(x * y + y * z + z * x);
+            const std::uint32_t child = node.child[lane];
+            if ((child & Child::leaf_bit) == 0) {
+                s.node_visits += p;
+                stack.push_back({child, depth + 1});
+            } else {
+                ++s.leaves;
+                s.block_tests += p * ((child & Child::second_block_bit) != 0 ? 2 : 1);
+            }
+        }
+    }
+    s.sah_cost = s.node_visits + s.block_tests;
+    s.node_fill = double(children) / double(s.nodes * std::size_t(width));
+    s.block_fill = double(s.triangles) / double(s.blocks * std::size_t(TriangleBlock<T>::lanes));
+    return s;
+}
+
+} // namespace LAMBENT_ABI
+} // namespace lambent

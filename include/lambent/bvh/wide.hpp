@@ -1,0 +1,206 @@
+#pragma once
+#include <lambent/bvh/builders.hpp>
+#include <lambent/bvh/triangle.hpp>
+#include <lambent/core/bounds.hpp>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// Children of a node: eight floats fill an AVX register; everything else works in fours.
+template <class T>
+inline constexpr int node_width = sizeof(T) == 4 && native_width<T> >= 8 ? 8 : 4;
+
+namespace detail {
+
+/// What a child is, in 32 bits: the index of a node, or that of the first of a leaf's one or two blocks.
+struct Child {
+    static constexpr std::uint32_t leaf_bit = 0x80000000u, second_block_bit = 0x40000000u;
+    static constexpr std::uint32_t index_mask = 0x3fffffffu;
+};
+
+/// The boxes of up to `node_width` children, by plane.
+template <class T>
+struct alignas(64) WideNode {
+    static constexpr int width = node_width<T>;
+    T plane[6][std::size_t(width)]; ///< [2 · axis + (0 low, 1 high)]; unused lanes hold low = inf, high = -inf
+    std::uint32_t child[std::size_t(width)];
+};
+
+/// A tree as the traversal reads it; node 0 is the root. Without triangles it has neither nodes nor blocks.
+template <class T>
+struct WideTree {
+    std::vector<WideNode<T>> nodes;
+    std::vector<TriangleBlock<T>> blocks;
+    Bounds3<T> bounds;
+    std::size_t dropped = 0;
+    std::size_t triangles = 0;
+};
+
+/// Makes wide nodes of a binary tree such that the expected cost of a ray is least, by dynamic programming
+/// over "this subtree as at most k children of some node".
+/// source  Ylitie, Karras, Laine, HPG 2017, section 3.1
+template <class T>
+class Collapse {
+public:
+    static constexpr int width = node_width<T>;
+    static constexpr std::uint32_t max_leaf = 2 * TriangleBlock<T>::lanes;
+
+    Collapse(const BinaryTree<T>& tree, const BuildOptions& options)
+        : tree_(tree), block_cost_(T(options.block_cost)), plans_(tree.nodes.size()),
+          node_split_(tree.nodes.size()) {}
+
+    template <PrimitiveSet Mesh>
+    WideTree<T> run(const Mesh& mesh) {
+        WideTree<T> wide;
+        wide.dropped = tree_.dropped;
+        wide.triangles = tree_.references.size();
+        if (tree_.nodes.empty()) return wide;
+        for (int k = 0; k < 3; ++k) {
+            wide.bounds.min[k] = tree_.nodes[0].box.lo[k];
+            wide.bounds.max[k] = tree_.nodes[0].box.hi[k];
+        }
+        for (std::size_t i = plans_.size(); i-- > 0;) plan(i); // children come after their parent
+        wide.nodes.reserve(plans_.size() / 4 + 1);
+        wide.blocks.reserve(plans_.size() / 2 + 1);
+        emit(wide, mesh);
+        return wide;
+    }
+
+private:
+    /// cost[k]: of this subtree as at most k + 1 children. give[k]: how many of these the left half gets;
+    /// 0: take the plan for one fewer.
+    struct Plan {
+        T cost[std::size_t(width)];
+        std::uint8_t give[std::size_t(width)];
+        bool leaf; ///< as one child: a leaf, not a node
+    };
+
+    void plan(std::size_t index) {
+        const BinaryNode<T>& node = tree_.nodes[index];
+        Plan& plan = plans_[index];
+        const T area = node.box.half_area();
+        const T as_leaf = node.count <= max_leaf ? area * block_cost_ * T((node.count + 3) / 4)
+                                                 : std::numeric_limits<T>::infinity();
+        if (node.left == 0) {
+            plan.leaf = true;
+            for (int k = 0; k < width; ++k) {
+                plan.cost[k] = as_leaf;
+                plan.give[k] = 0;
+            }
+            return;
+        }
+        const Plan& left = plans_[node.left];
+        const Plan& right = plans_[node.left + 1];
+        T as_node = 0;
+        for (int k = 1; k < width; ++k) {
+            T best = std::numeric_limits<T>::infinity();
+            int give = 1;
+            for (int l = 1; l <= k; ++l) {
+                const T cost = left.cost[l - 1] + right.cost[k - l];
+                if (cost < best) {
+                    best = cost;
+                    give = l;
+                }
+            }
+            plan.cost[k] = best;
+            plan.give[k] = std::uint8_t(give);
+            as_node = best;
+        }
+        as_node += area;
+        node_split_[index] = plan.give[width - 1];
+        plan.leaf = node.count <= max_leaf && as_leaf <= as_node;
+        plan.cost[0] = plan.leaf ? as_leaf : as_node;
+        plan.give[0] = 0;
+        for (int k = 1; k < width; ++k)
+            if (plan.cost[k - 1] <= plan.cost[k]) {
+                plan.cost[k] = plan.cost[k - 1];
+                plan.give[k] = 0;
+            }
+    }
+
+    /// The children that `node` makes of `slots` places.
+    void gather(std::uint32_t node, int slots, bool open, std::uint32_t* children, int& count) const {
+        int give = open ? node_split_[node] : plans_[node].give[slots - 1];
+        while (!open && give == 0 && slots > 1) give = plans_[node].give[--slots - 1];
+        if (!open && slots == 1) {
+            children[count++] = node;
+            return;
+        }
+        const std::uint32_t left = tree_.nodes[node].left;
+        gather(left, give, false, children, count);
+        gather(left + 1, slots - give, false, children, count);
+    }
+
+    /// Depth first, so that a node's first child usually follows it in memory.
+    template <PrimitiveSet Mesh>
+    void emit(WideTree<T>& wide, const Mesh& mesh) const {
+        struct Task {
+            std::uint32_t binary, parent;
+            int lane;
+        };
+        std::vector<Task> stack;
+        const auto add_node = [&](std::uint32_t binary) {
+            const std::uint32_t index = std::uint32_t(wide.nodes.size());
+            WideNode<T>& node = wide.nodes.emplace_back();
+            std::uint32_t children[std::size_t(width)];
+            int count = 0;
+            if (plans_[binary].leaf) {
+                children[count++] = binary; // a root that is a leaf still gets a node
+            } else {
+                gather(binary, width, true, children, count);
+            }
+            for (int lane = 0; lane < width; ++lane) {
+                const PackBox<T> box = lane < count ? tree_.nodes[children[lane]].box : PackBox<T>{};
+                for (int axis = 0; axis < 3; ++axis) {
+                    node.plane[2 * axis][lane] = box.lo[axis];
+                    node.plane[2 * axis + 1][lane] = box.hi[axis];
+                }
+                node.child[lane] = Child::leaf_bit;
+            }
+            for (int lane = count; lane-- > 0;) stack.push_back({children[lane], index, lane});
+            return index;
+        };
+        add_node(0);
+        while (!stack.empty()) {
+            const Task task = stack.back();
+            stack.pop_back();
+            const std::uint32_t child = plans_[task.binary].leaf ? add_leaf(wide, mesh, tree_.nodes[task.binary])
+                                                                 : add_node(task.binary);
+            wide.nodes[task.parent].child[task.lane] = child;
+        }
+    }
+
+    template <PrimitiveSet Mesh>
+    std::uint32_t add_leaf(WideTree<T>& wide, const Mesh& mesh, const BinaryNode<T>& node) const {
+        constexpr std::uint32_t lanes = TriangleBlock<T>::lanes;
+        const std::uint32_t index = std::uint32_t(wide.blocks.size());
+        for (std::uint32_t first = 0; first < node.count; first += lanes) {
+            TriangleBlock<T>& block = wide.blocks.emplace_back();
+            for (std::uint32_t lane = 0; lane < lanes; ++lane) {
+                const bool used = first + lane < node.count;
+                const std::uint32_t primitive =
+                    tree_.references[node.first + (used ? first + lane : first)].primitive;
+                const std::array<Vec3<T>, 3> p = mesh.vertices(primitive);
+                for (std::size_t i = 0; i < 3; ++i)
+                    for (int axis = 0; axis < 3; ++axis)
+                        block.vertex[i][axis][lane] = p[used ? i : 0][axis]; // unused: three equal vertices
+                block.primitive[lane] = used ? primitive : 0xffffffffu;
+            }
+        }
+        return index | Child::leaf_bit | (node.count > lanes ? Child::second_block_bit : 0);
+    }
+
+    const BinaryTree<T>& tree_;
+    T block_cost_;
+    std::vector<Plan> plans_;
+    std::vector<std::uint8_t> node_split_; ///< how many of a node's own `width` children its left half makes
+};
+
+} // namespace detail
+} // namespace LAMBENT_ABI
+} // namespace lambent
