@@ -255,8 +255,8 @@ BinaryTree<typename Mesh::Scalar> build_binary(const Mesh& mesh, const BuildOpti
     require(options.bins >= 2 && options.bins <= 32,
             [&] { return "BuildOptions: bins is " + std::to_string(options.bins) + ", not in [2, 32]"; });
     require(options.block_cost > 0, "BuildOptions: block_cost must be > 0");
-    require(mesh.count() < 0x7fffffffu,
-            [&] { return "Bvh: " + std::to_string(mesh.count()) + " triangles are more than 2^31 - 2"; });
+    require(mesh.count() < (1u << 30),
+            [&] { return "Bvh: " + std::to_string(mesh.count()) + " triangles are not fewer than 2^30"; });
 
     BinaryTree<T> tree;
     tree.references = make_references(mesh, executor);
