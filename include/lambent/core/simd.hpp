@@ -17,6 +17,10 @@
 /// Pack<T, N>: N floats or doubles in one register, on the compilers' vector extensions plus the handful of
 /// intrinsics that they lack. The only file with intrinsics. Every width works on every machine; what the
 /// hardware lacks, the compiler splits.
+// Compilers warn that wide vectors are passed otherwise by code with other flags; LAMBENT_ABI keeps such code apart.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"
+
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
@@ -307,3 +311,5 @@ inline T sum(Pack<T, N> a) {
 
 } // namespace LAMBENT_ABI
 } // namespace lambent
+
+#pragma GCC diagnostic pop
