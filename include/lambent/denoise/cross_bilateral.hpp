@@ -1,0 +1,144 @@
+#pragma once
+#include <lambent/denoise/bilateral_lines.hpp>
+#include <lambent/denoise/bilateral_window.hpp>
+#include <lambent/denoise/despike.hpp>
+#include <lambent/denoise/features.hpp>
+#include <lambent/denoise/gaussian.hpp>
+#include <lambent/film/pixel_data.hpp>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+enum class BilateralForm {
+    naive_2d,        ///< every pixel weighs its whole window: n² - 1 weights a pixel
+    reuse_2d,        ///< the same result, each pair weighed once: (n² - 1) / 2
+    separable,       ///< along the rows, then along the columns: 2 (n - 1); not the same filter, but near
+    separable_reuse, ///< equal to `separable` but for rounding: n - 1
+};
+
+/// What the second pass of the separable forms takes as illumination when it weighs.
+enum class SecondPassGuide {
+    first_pass, ///< the result of the first pass, all of it finished
+    input,      ///< the image as it came
+};
+
+struct CrossBilateralOptions {
+    int kernel = 65;                ///< taps along a side, odd; 0 = off: the output is the input, bit for bit
+    double sigma_spatial = 0;       ///< in pixels; 0 = kernel / 6.4
+    double sigma_illumination = std::numeric_limits<double>::infinity(); ///< in the image's unit
+    double second_pass_factor = 1;  ///< on sigma_illumination in the second pass of the separable forms
+    BilateralForm form = BilateralForm::separable_reuse;
+    SecondPassGuide guide = SecondPassGuide::first_pass;
+};
+
+namespace detail {
+inline void check(const CrossBilateralOptions& o) {
+    require(o.kernel >= 0 && (o.kernel == 0 || o.kernel % 2 == 1), [&] {
+        return "cross_bilateral: the kernel must be odd, or 0 for off, not " + std::to_string(o.kernel);
+    });
+    require(o.sigma_spatial >= 0, [&] {
+        return "cross_bilateral: the spatial sigma must be positive, or 0 for kernel / 6.4, not " +
+               std::to_string(o.sigma_spatial);
+    });
+    require_sigma("cross_bilateral: illumination", o.sigma_illumination);
+    require_sigma("cross_bilateral: factor of the second pass", o.second_pass_factor);
+}
+
+/// The sums over one's weights; where nothing usable was in reach, and where the pixel's own features are not
+/// finite, the pixel itself.
+template <class T>
+Vec3<T> normalised(const Homogeneous<T>& sums, bool usable, const Vec3<T>& itself) {
+    if (!usable || !(sums[3] > 0)) return itself;
+    return {sums[0] / sums[3], sums[1] / sums[3], sums[2] / sums[3]};
+}
+} // namespace detail
+
+/// Cross-bilateral filter: every pixel becomes the mean of those around it, each weighted by the product of a
+/// Gaussian of the distance in pixels, one of the difference in illumination and one for every feature:
+///   cross_bilateral(noisy, out, {.sigma_illumination = 50}, executor,
+///                   NormalFeature<float>(normals, 0.5), IdentityFeature<float>(materials, hard_stop));
+/// A feature that is absent, constant or of infinite sigma is left out before the loops.
+/// shape   image, out and features: width × height each; `out` may be the very view of `image`
+/// space   linear light; illumination with the albedo divided out keeps textures sharp
+/// border  taps outside are left out and the rest renormalised: a constant image is a fixed point
+/// nan     a pixel that is not finite gives nothing to others and takes its neighbours' value; one with a feature
+///         that is not finite gives nothing and stays; no effect reaches further than the kernel's radius
+/// threads the same bits for any executor: rows, columns or bands of fixed height are owned by one thread
+/// throws  lambent::Error on a bad option or unequal sizes, before anything is written
+/// cost    see BilateralForm; one exponential a weight; memory: 4 numbers a pixel (separable forms), else
+///         5 + the features' channels
+template <std::floating_point T, Executor E, PixelFeature... Features>
+void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& out,
+                     const CrossBilateralOptions& options, E& executor, const Features&... features) {
+    detail::check(options);
+    require_same_size("cross_bilateral: image and output", image, out);
+    const int width = image.width(), height = image.height();
+    detail::FeatureList<T> list;
+    (list.add(features, width, height), ...);
+    if (options.kernel == 0) {
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) out.store(x, y, image.load(x, y));
+        return;
+    }
+    const std::vector<T> kernel = gaussian_kernel<T>(options.kernel, options.sigma_spatial);
+
+    // Bad pixels are never taps (load below), but need an illumination of their own to weigh their neighbours.
+    Plane<T, 3> repaired;
+    PixelView<const T, 3> guide = image;
+    bool all_finite = true;
+    for (int y = 0; y < height && all_finite; ++y)
+        for (int x = 0; x < width && all_finite; ++x) all_finite = is_finite(image.load(x, y));
+    if (!all_finite) {
+        repaired.allocate(width, height);
+        const auto view = repaired.view();
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) view.store(x, y, image.load(x, y));
+        repair_non_finite(view, options.kernel / 2);
+        guide = view;
+    }
+    const auto load = [&](int x, int y) {
+        const Vec3<T> value = image.load(x, y);
+        return detail::homogeneous(value, is_finite(value));
+    };
+    const auto store = [&](int x, int y, const detail::Homogeneous<T>& sums, bool usable) {
+        out.store(x, y, detail::normalised(sums, usable, guide.load(x, y)));
+    };
+
+    detail::FeatureList<T> with_light = list;
+    const DistanceFeature<T> light(guide, options.sigma_illumination);
+    with_light.add(light, width, height);
+    const bool pairs = options.form == BilateralForm::reuse_2d || options.form == BilateralForm::separable_reuse;
+    if (options.form == BilateralForm::naive_2d || options.form == BilateralForm::reuse_2d) {
+        const detail::WindowPlanes<T> planes(width, height, kernel, with_light, executor, load);
+        if (pairs) detail::filter_window_pairs(planes, executor, store);
+        else detail::filter_window(planes, executor, store);
+        return;
+    }
+
+    using detail::LineDirection;
+    const auto use = pairs ? detail::WeightUse::twice : detail::WeightUse::once;
+    Plane<T, 4> first(width, height);
+    const auto rows = first.view();
+    detail::filter_lines(LineDirection::rows, use, width, height, kernel, with_light, executor, load,
+                         [&](int x, int y, const detail::Homogeneous<T>& sums, bool usable) {
+                             const Vec3<T> value = detail::normalised(sums, usable, guide.load(x, y));
+                             rows.store(x, y, {value, sums[3] > 0 ? T(1) : T(0)});
+                         });
+    const PixelView<const T, 3> first_rgb(rows.data(), width, height, {.pixel = 4});
+    const DistanceFeature<T> second_light(options.guide == SecondPassGuide::first_pass ? first_rgb : guide,
+                                          options.sigma_illumination * options.second_pass_factor);
+    list.add(second_light, width, height);
+    detail::filter_lines(
+        LineDirection::columns, use, width, height, kernel, list, executor,
+        [&](int x, int y) {
+            const Vec4<T> v = rows.load(x, y);
+            return detail::Homogeneous<T>{v.x * v.w, v.y * v.w, v.z * v.w, v.w};
+        },
+        store);
+}
+
+} // namespace LAMBENT_ABI
+} // namespace lambent

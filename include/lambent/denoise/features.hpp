@@ -1,0 +1,286 @@
+#pragma once
+#include <lambent/core/error.hpp>
+#include <lambent/denoise/feature.hpp>
+#include <cmath>
+#include <limits>
+#include <string>
+
+/// The features of the cross-bilateral filter. Each keeps a view of the caller's plane, which may be absent;
+/// an infinite sigma drops the feature.
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+namespace detail {
+inline void require_sigma(const char* what, double sigma) {
+    require(sigma > 0, [&] { return std::string(what) + ": sigma must be positive, not " + std::to_string(sigma); });
+}
+
+/// Whether the plane is absent or holds one value only; ends at the first that differs.
+template <class T, int C>
+bool tells_nothing(const PixelView<const T, C>& plane) {
+    if (plane.absent()) return true;
+    for (int y = 0; y < plane.height(); ++y)
+        for (int x = 0; x < plane.width(); ++x)
+            if (plane.load(x, y) != plane.load(0, 0)) return false;
+    return true;
+}
+
+template <class T>
+std::array<T, 3> scaled(const Vec3<T>& v, T scale) {
+    return {v.x * scale, v.y * scale, v.z * scale};
+}
+
+template <class P>
+P squared_distance(const P* a, const P* b) {
+    const P x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    return multiply_add(z, z, multiply_add(y, y, x * x));
+}
+
+template <class P>
+P dot3(const P* a, const P* b) {
+    return multiply_add(a[2], b[2], multiply_add(a[1], b[1], a[0] * b[0]));
+}
+} // namespace detail
+
+/// Euclidean distance of three numbers: positions in the world, albedo, linear radiance. Sigma in their unit.
+/// throws lambent::Error unless sigma is positive
+template <std::floating_point T>
+class DistanceFeature {
+public:
+    using Scalar = T;
+    static constexpr int channels = 3;
+
+    DistanceFeature(const PixelView<const T, 3>& plane, double sigma)
+        : plane_(plane), scale_(T(1 / sigma)), active_(is_finite(sigma) && !detail::tells_nothing(plane)) {
+        detail::require_sigma("DistanceFeature", sigma);
+    }
+    int width() const { return plane_.width(); }
+    int height() const { return plane_.height(); }
+    bool active() const { return active_; }
+    std::array<T, 3> prepare(int x, int y) const { return detail::scaled(plane_.load(x, y), scale_); }
+    template <class P>
+    P distance2(const P* a, const P* b) const {
+        return detail::squared_distance(a, b);
+    }
+
+private:
+    PixelView<const T, 3> plane_;
+    T scale_;
+    bool active_;
+};
+
+/// Difference of one number, such as depth. Sigma in its unit.
+/// throws lambent::Error unless sigma is positive
+template <std::floating_point T>
+class DifferenceFeature {
+public:
+    using Scalar = T;
+    static constexpr int channels = 1;
+
+    DifferenceFeature(const PixelView<const T, 1>& plane, double sigma)
+        : plane_(plane), scale_(T(1 / sigma)), active_(is_finite(sigma) && !detail::tells_nothing(plane)) {
+        detail::require_sigma("DifferenceFeature", sigma);
+    }
+    int width() const { return plane_.width(); }
+    int height() const { return plane_.height(); }
+    bool active() const { return active_; }
+    std::array<T, 1> prepare(int x, int y) const { return {plane_.load(x, y) * scale_}; }
+    template <class P>
+    P distance2(const P* a, const P* b) const {
+        const P d = a[0] - b[0];
+        return d * d;
+    }
+
+private:
+    PixelView<const T, 1> plane_;
+    T scale_;
+    bool active_;
+};
+
+/// Euclidean distance in units of sigma · √(d(p) d(q)), with a positive deviation d for every pixel: the noise
+/// of radiance, or the size of a pixel in the world. The geometric mean keeps a pixel that is far out, and so
+/// thinks itself very uncertain, away from certain neighbours. Deviations of 0 or less count as `smallest`.
+/// throws lambent::Error unless sigma and smallest are positive
+template <std::floating_point T>
+class RelativeDistanceFeature {
+public:
+    using Scalar = T;
+    static constexpr int channels = 4;
+
+    RelativeDistanceFeature(const PixelView<const T, 3>& plane, const PixelView<const T, 1>& deviation, double sigma,
+                            double smallest = 1e-6)
+        : plane_(plane), deviation_(deviation), scale_(T(1 / sigma)), smallest_(T(smallest)),
+          active_(is_finite(sigma) && !detail::tells_nothing(plane)) {
+        detail::require_sigma("RelativeDistanceFeature", sigma);
+        detail::require_sigma("RelativeDistanceFeature: smallest", smallest);
+        if (active_) require_same_size("RelativeDistanceFeature: plane and deviation", plane, deviation);
+    }
+    int width() const { return plane_.width(); }
+    int height() const { return plane_.height(); }
+    bool active() const { return active_; }
+    std::array<T, 4> prepare(int x, int y) const {
+        const auto v = detail::scaled(plane_.load(x, y), scale_);
+        const T d = deviation_.load(x, y);
+        return {v[0], v[1], v[2], 1 / (d > smallest_ ? d : smallest_)};
+    }
+    template <class P>
+    P distance2(const P* a, const P* b) const {
+        return detail::squared_distance(a, b) * (a[3] * b[3]);
+    }
+
+private:
+    PixelView<const T, 3> plane_;
+    PixelView<const T, 1> deviation_;
+    T scale_, smallest_;
+    bool active_;
+};
+
+/// How far each pixel's position is from the plane through the other, in units of sigma · √(f(p) f(q)) with
+/// the pixel's footprint f in the world: points of one plane are at distance 0 however far apart, and scaling
+/// the scene changes nothing. See pixel_footprint().
+/// throws lambent::Error unless sigma is positive
+template <std::floating_point T>
+class PlaneDistanceFeature {
+public:
+    using Scalar = T;
+    static constexpr int channels = 7;
+
+    PlaneDistanceFeature(const PixelView<const T, 3>& position, const PixelView<const T, 3>& normal,
+                         const PixelView<const T, 1>& footprint, double sigma)
+        : position_(position), normal_(normal), footprint_(footprint), scale_(T(1 / sigma)),
+          active_(is_finite(sigma) && !detail::tells_nothing(position) && !normal.absent()) {
+        detail::require_sigma("PlaneDistanceFeature", sigma);
+        if (!active_) return;
+        require_same_size("PlaneDistanceFeature: position and normal", position, normal);
+        require_same_size("PlaneDistanceFeature: position and footprint", position, footprint);
+    }
+    int width() const { return position_.width(); }
+    int height() const { return position_.height(); }
+    bool active() const { return active_; }
+    std::array<T, 7> prepare(int x, int y) const {
+        const Vec3<T> p = position_.load(x, y), n = normal_.load(x, y) * scale_;
+        const T f = footprint_.load(x, y);
+        return {p.x, p.y, p.z, n.x, n.y, n.z, f > 0 ? 1 / f : T(0)};
+    }
+    template <class P>
+    P distance2(const P* a, const P* b) const {
+        const P d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+        const P from_a = detail::dot3(d, a + 3), from_b = detail::dot3(d, b + 3);
+        return multiply_add(from_a, from_a, from_b * from_b) * (a[6] * b[6]) * P(T(0.5));
+    }
+
+private:
+    PixelView<const T, 3> position_, normal_;
+    PixelView<const T, 1> footprint_;
+    T scale_;
+    bool active_;
+};
+
+/// 1 - dot of two normals, 0 to 2. Sigma in that unit.
+/// throws lambent::Error unless sigma is positive
+template <std::floating_point T>
+class NormalFeature {
+public:
+    using Scalar = T;
+    static constexpr int channels = 3;
+
+    NormalFeature(const PixelView<const T, 3>& normal, double sigma)
+        : normal_(normal), one_(T(1 / sigma)), scale_(T(std::sqrt(1 / sigma))),
+          active_(is_finite(sigma) && !detail::tells_nothing(normal)) {
+        detail::require_sigma("NormalFeature", sigma);
+    }
+    int width() const { return normal_.width(); }
+    int height() const { return normal_.height(); }
+    bool active() const { return active_; }
+    std::array<T, 3> prepare(int x, int y) const { return detail::scaled(normal_.load(x, y), scale_); }
+    template <class P>
+    P distance2(const P* a, const P* b) const {
+        const P d = P(one_) - detail::dot3(a, b);
+        return d * d;
+    }
+
+private:
+    PixelView<const T, 3> normal_;
+    T one_, scale_;
+    bool active_;
+};
+
+/// The angle between two normals, in radians. Sigma in radians. A pixel without a normal is at 90° to all.
+/// throws lambent::Error unless sigma is positive
+/// source  Abramowitz and Stegun 4.4.46 for the arc cosine, error below 2e-8
+template <std::floating_point T>
+class NormalAngleFeature {
+public:
+    using Scalar = T;
+    static constexpr int channels = 3;
+
+    NormalAngleFeature(const PixelView<const T, 3>& normal, double sigma)
+        : normal_(normal), scale_(T(1 / (sigma * sigma))), active_(is_finite(sigma) && !detail::tells_nothing(normal)) {
+        detail::require_sigma("NormalAngleFeature", sigma);
+    }
+    int width() const { return normal_.width(); }
+    int height() const { return normal_.height(); }
+    bool active() const { return active_; }
+    std::array<T, 3> prepare(int x, int y) const {
+        const Vec3<T> n = normal_.load(x, y);
+        const T length2 = dot(n, n);
+        return detail::scaled(n, length2 > 0 ? 1 / std::sqrt(length2) : T(1));
+    }
+    template <class P>
+    P distance2(const P* a, const P* b) const {
+        constexpr std::array<double, 8> series = {-0.0012624911, 0.0066700901, -0.0170881256, 0.0308918810,
+                                                  -0.0501743046, 0.0889789874, -0.2145988016, 1.5707963050};
+        const P cosine = max(P(T(-1)), min(P(T(1)), detail::dot3(a, b)));
+        const P x = max(cosine, -cosine);
+        P r = P(T(series[0]));
+        for (std::size_t i = 1; i < series.size(); ++i) r = multiply_add(r, x, P(T(series[i])));
+        P acute = (P(T(1)) - x) * r * r; // the squared angle up to 90°
+        if (any(cosine < P(T(0)))) {
+            P obtuse = acute;
+            for (int i = 0; i < P::width; ++i) {
+                const T angle = pi<T> - std::sqrt(acute[i]);
+                obtuse.set(i, angle * angle);
+            }
+            acute = select(cosine < P(T(0)), obtuse, acute);
+        }
+        return acute * P(scale_);
+    }
+
+private:
+    PixelView<const T, 3> normal_;
+    T scale_;
+    bool active_;
+};
+
+/// 0 for equal numbers, else 1: material and object indices. A small sigma is a hard stop; see hard_stop.
+/// throws lambent::Error unless sigma is positive
+template <std::floating_point T>
+class IdentityFeature {
+public:
+    using Scalar = T;
+    static constexpr int channels = 1;
+
+    IdentityFeature(const PixelView<const T, 1>& plane, double sigma)
+        : plane_(plane), penalty_(T(1 / (sigma * sigma))), active_(is_finite(sigma) && !detail::tells_nothing(plane)) {
+        detail::require_sigma("IdentityFeature", sigma);
+    }
+    int width() const { return plane_.width(); }
+    int height() const { return plane_.height(); }
+    bool active() const { return active_; }
+    std::array<T, 1> prepare(int x, int y) const { return {plane_.load(x, y)}; }
+    template <class P>
+    P distance2(const P* a, const P* b) const {
+        return select(a[0] == b[0], P(T(0)), P(penalty_));
+    }
+
+private:
+    PixelView<const T, 1> plane_;
+    T penalty_;
+    bool active_;
+};
+
+/// The sigma that makes an IdentityFeature a hard stop: other materials get the weight 0.
+inline constexpr double hard_stop = 1e-9;
+
+} // namespace LAMBENT_ABI
+} // namespace lambent
