@@ -1,0 +1,74 @@
+#include "scene_setup.hpp"
+#include "../support/command_line.hpp"
+#include <lambent/io/environment.hpp>
+#include <lambent/io/scene_file.hpp>
+#include <lambent/scene/builtin.hpp>
+#include <algorithm>
+
+using namespace lambent;
+
+namespace {
+
+Environment make_environment(const Options& o, std::vector<std::string>& notes) {
+    Environment environment;
+    const std::string constant = "constant:";
+    if (o.environment.rfind(constant, 0) == 0) {
+        const std::vector<double> rgb = to_numbers(o.environment.substr(constant.size()), 3);
+        environment.scale = Vec3f(Vec3d(rgb[0], rgb[1], rgb[2]));
+        if (min_component(environment.scale) < 0) throw UsageError("--env: radiance must be >= 0");
+    } else {
+        environment = read_environment(o.environment, &notes);
+    }
+    environment.scale *= float(o.environment_scale);
+    environment.rotation = o.environment_rotation;
+    return environment;
+}
+
+Scene<float> load(const std::string& name) {
+    if (name == "builtin:cornell") return cornell_scene<float>();
+    const std::string room = "builtin:room";
+    if (name == room) return room_scene<float>();
+    if (name.rfind(room + ":", 0) == 0) return room_scene<float>(int(to_integer(name.substr(room.size() + 1), 1, 64)));
+    if (name.rfind("builtin:", 0) == 0) throw UsageError(name + ": there are builtin:cornell and builtin:room");
+    return load_scene<float>(name);
+}
+
+bool has_light(const Scene<float>& scene) {
+    return !scene.environment.black() || !scene.punctual_lights.empty() ||
+           std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return m.emissive(); });
+}
+
+} // namespace
+
+Scene<float> make_scene(const Options& o) {
+    Scene<float> scene = load(o.scene);
+    if (!o.environment.empty()) scene.environment = make_environment(o, scene.notes);
+    for (const SphereLightOption& light : o.sphere_lights) {
+        Material m;
+        m.name = "sphere light";
+        m.base_color = Vec3f(0);
+        m.emission = Vec3f(float(light.radiance));
+        scene.materials.push_back(m);
+        scene.spheres.push_back({Vec3f(light.center - scene.origin), float(light.radius),
+                                 std::uint32_t(scene.materials.size() - 1)});
+    }
+    if (!has_light(scene)) {
+        scene.environment.scale = Vec3f(0.8f, 0.9f, 1.0f);
+        scene.notes.push_back("no light in the scene: lit by a soft sky of radiance 0.8, 0.9, 1");
+    }
+    return scene;
+}
+
+Camera choose_camera(const Scene<float>& scene, const Options& o) {
+    if (o.camera_chosen && std::size_t(o.camera) >= scene.cameras.size())
+        throw UsageError("--camera " + std::to_string(o.camera) + ": the scene has " +
+                         std::to_string(scene.cameras.size()));
+    Camera camera = scene.cameras.empty() ? framing_camera(scene.bounds(), double(o.width) / o.height)
+                                          : scene.cameras[std::size_t(o.camera)];
+    if (o.eye) camera.eye = *o.eye;
+    if (o.target) camera.target = *o.target;
+    if (o.up) camera.up = *o.up;
+    if (o.vertical_fov) camera.vertical_fov = *o.vertical_fov;
+    if (!(length(camera.target - camera.eye) > 0)) throw UsageError("the camera's eye and target coincide");
+    return camera;
+}

@@ -1,0 +1,10 @@
+#pragma once
+#include "options.hpp"
+#include <lambent/scene/scene.hpp>
+
+/// Loads or makes the scene and adds what the options ask for: environment, sphere lights, a sky where there is
+/// no light at all. throws lambent::Error, UsageError
+lambent::Scene<float> make_scene(const Options& options);
+
+/// The camera by the options: one of the scene's, or one that frames it, with its parts replaced.
+lambent::Camera choose_camera(const lambent::Scene<float>& scene, const Options& options);

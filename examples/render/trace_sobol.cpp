@@ -1,0 +1,8 @@
+#include "trace_with.hpp"
+#include <lambent/sampling/sobol.hpp>
+
+lambent::RenderResult trace_sobol(lambent::Film<float>& film, const lambent::PreparedScene<float>& scene,
+                               const lambent::Camera& camera, const Options& o, const lambent::RenderOptions& options,
+                               lambent::ThreadExecutor& threads, const std::function<bool()>& keep_going) {
+    return trace_with(lambent::SobolSampler<float>(o.seed), film, scene, camera, o, options, threads, keep_going);
+}
