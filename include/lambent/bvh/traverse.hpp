@@ -169,8 +169,7 @@ inline Hit<T> traverse(const WideTree<T>& tree, const Ray<T>& ray, const Accept&
                     const int lane = std::countr_zero(lanes);
                     const T t = found.t[lane];
                     if (!(t < hit.t)) continue; // an earlier lane is nearer
-                    const T determinant = found.determinant[lane];
-                    const T u = found.u[lane] / determinant, v = found.v[lane] / determinant;
+                    const T u = found.u[lane], v = found.v[lane];
                     const std::uint32_t primitive = block->primitive[lane];
                     if (!accept(primitive, u, v, t)) continue;
                     hit = {.t = t, .u = u, .v = v, .primitive = primitive};

@@ -45,8 +45,7 @@ template <class T>
 struct BlockHit {
     Mask<T, 4> mask; ///< lanes with a hit, t_min <= t < t_max
     Pack<T, 4> t;
-    Pack<T, 4> u, v; ///< barycentric weights of vertices 1 and 2, to be divided by `determinant`
-    Pack<T, 4> determinant;
+    Pack<T, 4> u, v; ///< barycentric weights of vertices 1 and 2
 };
 
 /// The watertight ray/triangle test: a ray that passes between two triangles with a common edge, or through
@@ -73,16 +72,18 @@ inline BlockHit<T> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>& b
     const Lanes w2 = difference_of_products(x[1], y[0], y[1], x[0]);
 
     BlockHit<T> hit;
-    hit.determinant = w0 + w1 + w2;
-    // A mean of the depths with weights of one sign never leaves the triangle, however thin it is seen.
-    const Lanes depth = multiply_add(w0, z[0], multiply_add(w1, z[1], w2 * z[2])) / hit.determinant;
-    hit.t = depth * ray.inverse_z;
-    hit.u = w1;
-    hit.v = w2;
     const Lanes zero = T(0);
     const Lanes least = min(w0, min(w1, w2)), most = max(w0, max(w1, w2));
-    const Mask<T, 4> inside = (least >= zero) ^ (most <= zero); // both where all three vanish: edge-on
-    hit.mask = inside & (hit.t >= t_min) & (hit.t < t_max);
+    hit.mask = (least >= zero) ^ (most <= zero); // both where all three vanish: edge-on
+    if (bits(hit.mask) == 0) return hit;
+    // Weights first: their products with the depth could overflow. A mean of the depths with weights of one sign
+    // never leaves the triangle, however thin it is seen.
+    const Lanes determinant = w0 + w1 + w2;
+    hit.u = w1 / determinant;
+    hit.v = w2 / determinant;
+    const Lanes depth = multiply_add(w0 / determinant, z[0], multiply_add(hit.u, z[1], hit.v * z[2]));
+    hit.t = depth * ray.inverse_z;
+    hit.mask = hit.mask & (hit.t >= t_min) & (hit.t < t_max);
     return hit;
 }
 
