@@ -61,6 +61,19 @@ inline const char* trusted_reader(ImageFormat format, const std::string& name) {
     fail(name + ": not a PNG or JPEG image");
 }
 
+/// Whether a PNG's chunks follow each other to the last one inside the file: libpng would complain of a file
+/// cut short on stderr, and leak.
+inline bool png_is_whole(std::string_view bytes) {
+    const auto byte = [&](std::size_t i) { return std::size_t(static_cast<unsigned char>(bytes[i])); };
+    for (std::size_t at = 8; bytes.size() - at >= 12;) {
+        const std::size_t size = byte(at) << 24 | byte(at + 1) << 16 | byte(at + 2) << 8 | byte(at + 3);
+        if (size > bytes.size() - at - 12) return false;
+        if (bytes.substr(at + 4, 4) == "IEND") return true;
+        at += 12 + size;
+    }
+    return false;
+}
+
 /// Pixels as decoded: 1 to 4 interleaved channels.
 template <class Value>
 struct RawImage {
@@ -72,7 +85,10 @@ struct RawImage {
 /// throws lambent::Error with `name` when it can't, before allocating more than max_pixels
 template <class Value>
 RawImage<Value> decode_image(std::string_view bytes, const std::string& name, std::size_t max_pixels) {
-    const char* const reader = trusted_reader(image_format(bytes), name);
+    const ImageFormat format = image_format(bytes);
+    const char* const reader = trusted_reader(format, name);
+    require(format != ImageFormat::png || png_is_whole(bytes),
+            [&] { return name + ": the PNG file is cut short"; });
 #if defined(LAMBENT_HAS_OIIO)
     namespace oiio = OIIO;
     const auto input = oiio::ImageInput::create(reader);
