@@ -2,11 +2,11 @@
 # one program, where a function that is not inline would be defined twice.
 function(lambent_test_headers name)
     cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "HEADERS;LIBS")
-    set(sources ${CMAKE_CURRENT_BINARY_DIR}/${name}/main.cpp)
+    set(sources ${CMAKE_CURRENT_BINARY_DIR}/${name}_alone/main.cpp)
     file(CONFIGURE OUTPUT ${sources} CONTENT "int main() {}\n")
     foreach(header IN LISTS arg_HEADERS)
         string(REPLACE "/" "." file ${header})
-        set(file ${CMAKE_CURRENT_BINARY_DIR}/${name}/${file}.cpp)
+        set(file ${CMAKE_CURRENT_BINARY_DIR}/${name}_alone/${file}.cpp)
         file(CONFIGURE OUTPUT ${file} CONTENT "#include <${header}>\n#include <${header}> // again\n")
         list(APPEND sources ${file})
     endforeach()

@@ -1,7 +1,12 @@
 #pragma once
 /// All of lambent but io/, whose headers need the libraries of their file formats.
+#include <lambent/bvh/builders.hpp>
+#include <lambent/bvh/bvh.hpp>
 #include <lambent/bvh/primitive.hpp>
+#include <lambent/bvh/statistics.hpp>
+#include <lambent/bvh/traverse.hpp>
 #include <lambent/bvh/triangle.hpp>
+#include <lambent/bvh/wide.hpp>
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/config.hpp>
 #include <lambent/core/error.hpp>

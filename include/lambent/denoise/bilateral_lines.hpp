@@ -23,12 +23,13 @@ public:
     /// `kernel` has an odd size.
     LineStrip(int length, const std::vector<T>& kernel, const FeatureList<T>& features)
         : features_(features), kernel_(kernel), length_(length), radius_(int(kernel.size()) / 2),
-          stride_(std::ptrdiff_t(length) * P::width), planes_(std::size_t((5 + features.channels()) * length)),
+          packs_(int(spread_stride(length * int(sizeof(P))) / int(sizeof(P)))),
+          stride_(std::ptrdiff_t(packs_) * P::width), planes_(std::size_t((5 + features.channels()) * packs_)),
           weights_(std::size_t((radius_ + 1) * radius_) + kernel.size()) {}
 
     T* values() { return lanes(0); }             ///< 4 channels, each `stride()` further on
-    T* usable() { return lanes(4 * length_); }   ///< whether a pixel's features are finite
-    T* features() { return lanes(5 * length_); } ///< as FeatureList::import writes them
+    T* usable() { return lanes(4 * packs_); }   ///< whether a pixel's features are finite
+    T* features() { return lanes(5 * packs_); } ///< as FeatureList::import writes them
     std::ptrdiff_t stride() const { return stride_; }
 
     /// Calls store(i, sums) for every pack of pixels i.
@@ -86,7 +87,7 @@ private:
 
     const FeatureList<T>& features_;
     const std::vector<T>& kernel_;
-    int length_, radius_;
+    int length_, radius_, packs_;
     std::ptrdiff_t stride_;
     std::vector<P> planes_, weights_;
 };
@@ -111,12 +112,15 @@ void filter_lines(LineDirection direction, WeightUse use, int width, int height,
                 if (strip.usable()[at] == 0) value = {};
                 for (std::size_t c = 0; c < 4; ++c) strip.values()[std::ptrdiff_t(c) * strip.stride() + at] = value[c];
             };
+            constexpr int block = 32; // pixels of all lines before the next ones, so that they meet in the cache
             if (rows)
-                for (int l = 0; l < count; ++l) {
-                    features.import(0, first + l, length, strip.features() + l, P::width, strip.stride(),
-                                    strip.usable() + l);
-                    for (int i = 0; i < length; ++i) put(i, first + l, i * P::width + l);
-                }
+                for (int from = 0; from < length; from += block)
+                    for (int l = 0; l < count; ++l) {
+                        const int to = std::min(length, from + block), at = from * P::width + l;
+                        features.import(from, first + l, to - from, strip.features() + at, P::width, strip.stride(),
+                                        strip.usable() + at);
+                        for (int i = from; i < to; ++i) put(i, first + l, i * P::width + l);
+                    }
             else
                 for (int i = 0; i < length; ++i) {
                     features.import(first, i, count, strip.features() + i * P::width, 1, strip.stride(),

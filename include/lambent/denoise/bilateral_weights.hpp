@@ -19,6 +19,10 @@ Homogeneous<T> homogeneous(const Vec3<T>& rgb, bool usable) {
     return usable ? Homogeneous<T>{rgb.x, rgb.y, rgb.z, T(1)} : Homogeneous<T>{};
 }
 
+/// A stride of at least `bytes` that keeps the planes of a pixel apart in a cache: at a multiple of 4096 bytes
+/// they would all fall into the same few lines.
+constexpr std::ptrdiff_t spread_stride(std::ptrdiff_t bytes) { return (bytes + 4095) / 4096 * 4096 + 640; }
+
 /// Running sums of weight · homogeneous pixel, a pack of pixels wide.
 template <class T>
 struct WeightedSum {

@@ -20,7 +20,8 @@ public:
     WindowPlanes(int width, int height, const std::vector<T>& kernel, const FeatureList<T>& features, E& executor,
                  Load&& load)
         : features_(features), kernel_(kernel), width_(width), height_(height), radius_(int(kernel.size()) / 2),
-          pitch_(2 * (radius_ + P::width) + width), row_(pitch_ * (5 + features.channels())),
+          pitch_(spread_stride((2 * (radius_ + P::width) + width) * std::ptrdiff_t(sizeof(T))) / std::ptrdiff_t(sizeof(T))),
+          row_(pitch_ * (5 + features.channels())),
           planes_(std::size_t(row_) * std::size_t(height)) {
         executor.parallel_for(std::size_t(height), 8, [&](std::size_t begin, std::size_t end) {
             for (int y = int(begin); y < int(end); ++y) {

@@ -72,7 +72,7 @@ template <class F>
 void feature_import(const void* erased, int x, int y, int count, typename F::Scalar* out, std::ptrdiff_t step,
                     std::ptrdiff_t channel_stride, typename F::Scalar* usable) {
     using T = typename F::Scalar;
-    const F& feature = *static_cast<const F*>(erased);
+    const F feature = *static_cast<const F*>(erased);
     for (int i = 0; i < count; ++i) {
         const std::array<T, std::size_t(F::channels)> numbers = feature.prepare(x + i, y);
         bool finite = true;
