@@ -53,8 +53,8 @@ Scene<float> make_scene(const Options& o) {
                                  std::uint32_t(scene.materials.size() - 1)});
     }
     if (!has_light(scene)) {
-        scene.environment.scale = Vec3f(0.8f, 0.9f, 1.0f);
-        scene.notes.push_back("no light in the scene: lit by a soft sky of radiance 0.8, 0.9, 1");
+        scene.environment = soft_sky();
+        scene.notes.push_back("no light in the scene: lit by a soft sky of radiance 0.2 to 1");
     }
     return scene;
 }
