@@ -21,9 +21,11 @@
 #include <lambent/denoise/bilateral_weights.hpp>
 #include <lambent/denoise/bilateral_window.hpp>
 #include <lambent/denoise/cross_bilateral.hpp>
+#include <lambent/denoise/denoise.hpp>
 #include <lambent/denoise/despike.hpp>
 #include <lambent/denoise/feature.hpp>
 #include <lambent/denoise/features.hpp>
+#include <lambent/denoise/footprint.hpp>
 #include <lambent/denoise/gaussian.hpp>
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/film/film.hpp>

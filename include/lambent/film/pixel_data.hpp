@@ -3,6 +3,8 @@
 #include <lambent/film/pixel_view.hpp>
 #include <cstddef>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace lambent {
@@ -43,6 +45,15 @@ private:
     int width_ = 0, height_ = 0;
 };
 
+/// The planes of one frame wherever they lie, as PixelData describes them; all but radiance may be absent, and
+/// all that are there have one size. Never owns:
+///   FrameView<float>{.radiance = rgb_view(color, w, h, {.pixel = 4}), .normal = rgb_view(normals, w, h)}
+template <class T>
+struct FrameView {
+    PixelView<const T, 3> radiance, emission, albedo, normal, position, variance;
+    PixelView<const T, 1> depth, material;
+};
+
 /// The resolved planes of one frame: a structure of arrays, in which a plane that nobody asked for is absent.
 /// "Mean" is the mean over the pixel's samples; features of position and depth are means over those samples
 /// that hit a surface. All values are finite, also where every sample missed.
@@ -61,6 +72,12 @@ struct PixelData {
     Plane<T, 1> alpha;        ///< share of samples that hit a surface, in [0, 1]
     Plane<T, 1> samples;      ///< number of samples
     Plane<T, 3> variance;     ///< variance of the mean radiance, a channel each; 0 below two samples
+
+    FrameView<T> view() const& {
+        return {radiance.view(), emission.view(), albedo.view(), normal.view(), position.view(), variance.view(),
+                depth.view(), material.view()};
+    }
+    FrameView<T> view() const&& = delete;
 };
 
 /// Below this albedo, illumination is radiance over the floor instead: no division by zero, and the product
@@ -75,17 +92,17 @@ inline Vec3<T> demodulation(const Vec3<T>& albedo) {
 }
 } // namespace detail
 
-/// Fills `illumination` from radiance, emission and albedo; an absent emission counts as 0, an absent albedo as 1.
+/// Writes (radiance - emission) / max(albedo, albedo_floor) to `out`; an absent emission counts as 0, an absent
+/// albedo as 1.
 /// throws lambent::Error when radiance is absent or sizes differ
 template <class T>
-void demodulate(PixelData<T>& frame) {
+void demodulate(const FrameView<T>& frame, const std::type_identity_t<PixelView<T, 3>>& out) {
     require(!frame.radiance.absent(), "demodulate: the frame has no radiance plane");
+    require_same_size("demodulate: radiance and output", frame.radiance, out);
     if (!frame.emission.absent()) require_same_size("demodulate: radiance and emission", frame.radiance, frame.emission);
     if (!frame.albedo.absent()) require_same_size("demodulate: radiance and albedo", frame.radiance, frame.albedo);
-    frame.illumination.allocate(frame.width, frame.height);
-    const auto out = frame.illumination.view();
-    for (int y = 0; y < frame.height; ++y)
-        for (int x = 0; x < frame.width; ++x) {
+    for (int y = 0; y < out.height(); ++y)
+        for (int x = 0; x < out.width(); ++x) {
             Vec3<T> reflected = frame.radiance.load(x, y);
             if (!frame.emission.absent()) reflected -= frame.emission.load(x, y);
             if (!frame.albedo.absent()) reflected /= detail::demodulation(frame.albedo.load(x, y));
@@ -93,10 +110,19 @@ void demodulate(PixelData<T>& frame) {
         }
 }
 
-/// Writes illumination · albedo + emission, the inverse of demodulate(), to `out`.
+/// Fills the frame's own `illumination`.
+template <class T>
+void demodulate(PixelData<T>& frame) {
+    frame.illumination.allocate(frame.width, frame.height);
+    demodulate(std::as_const(frame).view(), frame.illumination.view());
+}
+
+/// Writes illumination · albedo + emission, the inverse of demodulate(), to `out`, which may be the very view of
+/// `illumination`.
 /// throws lambent::Error when sizes differ
 template <class T>
-void remodulate(const PixelData<T>& frame, const PixelView<const T, 3>& illumination, const PixelView<T, 3>& out) {
+void remodulate(const FrameView<T>& frame, const std::type_identity_t<PixelView<const T, 3>>& illumination,
+                const std::type_identity_t<PixelView<T, 3>>& out) {
     require_same_size("remodulate: illumination and output", illumination, out);
     if (!frame.emission.absent()) require_same_size("remodulate: output and emission", out, frame.emission);
     if (!frame.albedo.absent()) require_same_size("remodulate: output and albedo", out, frame.albedo);
