@@ -29,6 +29,7 @@
 #include <lambent/denoise/gaussian.hpp>
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/film/film.hpp>
+#include <lambent/film/metrics.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <lambent/film/pixel_view.hpp>
 #include <lambent/light/environment_light.hpp>
