@@ -4,6 +4,13 @@
 #include <lambent/render/direct.hpp>
 #include <lambent/render/first_hit.hpp>
 #include <lambent/render/path.hpp>
+#include <limits>
+
+/// A tenth of the scene's diagonal: closed rooms would be black without an end.
+inline double ao_distance(const lambent::Scene<float>& scene) {
+    const lambent::Bounds3<double> bounds = scene.bounds();
+    return bounds.empty() ? std::numeric_limits<double>::infinity() : length(bounds.size()) / 10;
+}
 
 /// Runs the integrator that the options name, with this sampler.
 template <lambent::Sampler S>
@@ -16,7 +23,7 @@ lambent::RenderResult trace_with(const S& sampler, lambent::Film<float>& film, c
     };
     switch (o.integrator) {
     case IntegratorKind::direct: return go(DirectIntegrator{});
-    case IntegratorKind::ao: return go(AmbientOcclusionIntegrator{});
+    case IntegratorKind::ao: return go(AmbientOcclusionIntegrator{ao_distance(scene.scene())});
     case IntegratorKind::first_hit: return go(FirstHitIntegrator{});
     case IntegratorKind::path: break;
     }
