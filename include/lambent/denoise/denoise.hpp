@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/denoise/footprint.hpp>
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
@@ -9,86 +10,160 @@ inline namespace LAMBENT_ABI {
 
 /// What the sigmas of DenoiseOptions count.
 enum class SigmaUnits {
-    relative, ///< illumination in standard deviations of its noise, position in pixels' footprints off the other's
-              ///< plane, normal in radians: the same at any exposure, scale and sample count
-    absolute, ///< illumination as radiance / albedo, position in world units, normal as 1 - cosine: the original's
+    relative, ///< illumination, of a prefiltered image, in standard deviations of a pixel's noise; position in
+              ///< pixel footprints off the other pixel's plane; normal in radians. So the same numbers do at any
+              ///< exposure, any scale and any number of samples
+    absolute, ///< illumination as radiance / albedo, of the noisy image; position in world units; normal as
+              ///< 1 - cosine: the original's
 };
 
-/// The recommended chain. Infinite sigmas and thresholds switch their part off.
+/// What denoise() does. Infinite sigmas and thresholds switch their part off.
 struct DenoiseOptions {
-    int kernel = 65;                ///< taps along a side, odd; 0 = off: the output is the radiance, bit for bit
+    int kernel = 33; ///< taps along a side, odd; 0 = off: the output is the radiance, bit for bit
     BilateralForm form = BilateralForm::separable_reuse;
     SigmaUnits units = SigmaUnits::relative;
-    double sigma_spatial = 0;       ///< in pixels; 0 = kernel / 6.4
-    double sigma_illumination = 2;
+    double sigma_spatial = 0; ///< in pixels; 0 = kernel / 6.4
+    double sigma_illumination = 0.25;
     double sigma_position = 2;
-    double sigma_normal = 0.3;
-    double sigma_material = hard_stop; ///< weight between different materials: exp(-1 / 2 sigma²)
-    double second_pass_factor = 1;  ///< on sigma_illumination, in the second pass of the separable forms
-    double despike = 3;             ///< clamp to the mean of a pixel's neighbours + this many deviations of them
-    double firefly = std::numeric_limits<double>::infinity(); ///< the original's rule: see suppress_fireflies_seed()
+    double sigma_normal = 0.5;
+    double sigma_material = hard_stop; ///< the weight of another material is exp(-1 / 2 sigma²)
+    double second_pass_factor = 1;     ///< on an absolute sigma_illumination, in the second pass: CrossBilateralOptions
+    double despike = 4;                ///< deviations above its neighbours to which a pixel is clamped: despike()
+    double firefly = std::numeric_limits<double>::infinity(); ///< threshold of suppress_fireflies_seed()
 };
 
 /// The names that denoise_options() takes.
-inline constexpr std::string_view denoise_methods = "best|balanced|fast|naive_2d|reuse_2d|separable|separable_reuse|seed|none";
+inline constexpr std::string_view denoise_methods =
+    "best|balanced|fast|naive_2d|reuse_2d|separable|separable_reuse|seed|none";
 
-/// The options of a method: best, balanced and fast, by falling quality; one form of the filter with the sigmas of
-/// balanced; seed, the original's absolute sigmas, firefly rule and order; none.
-/// throws lambent::Error naming the choices
+/// The options of a method: best, balanced and fast fall in quality and rise in speed; naive_2d … separable_reuse
+/// are the forms of the filter with balanced's sigmas; seed has the original's sigmas and firefly rule; none
+/// leaves the image alone.
+/// throws lambent::Error that names the choices
 inline DenoiseOptions denoise_options(std::string_view method) {
-    DenoiseOptions o;
-    if (method == "balanced" || method == "separable_reuse") return o;
-    if (method == "best" || method == "reuse_2d") o.form = BilateralForm::reuse_2d;
-    else if (method == "naive_2d") o.form = BilateralForm::naive_2d;
-    else if (method == "separable") o.form = BilateralForm::separable;
-    else if (method == "fast") o.kernel = 33;
-    else if (method == "seed")
-        o = {.kernel = 65, .form = BilateralForm::separable_reuse, .units = SigmaUnits::absolute, .sigma_spatial = 10,
-             .sigma_illumination = 50, .sigma_position = 2, .sigma_normal = 0.5, .sigma_material = 0.5,
-             .second_pass_factor = 1.0 / 3, .despike = std::numeric_limits<double>::infinity(), .firefly = 25};
-    else if (method == "none") o.kernel = 0;
-    else fail("'" + std::string(method) + "' is no denoising method; there are " + std::string(denoise_methods));
-    return o;
+    if (method == "best" || method == "reuse_2d") return {.form = BilateralForm::reuse_2d};
+    if (method == "naive_2d") return {.form = BilateralForm::naive_2d};
+    if (method == "separable") return {.form = BilateralForm::separable};
+    if (method == "balanced" || method == "separable_reuse") return {};
+    if (method == "fast") return {.kernel = 17, .sigma_illumination = 0.5};
+    if (method == "none") return {.kernel = 0};
+    if (method == "seed") {
+        constexpr double off = std::numeric_limits<double>::infinity();
+        return {.kernel = 65, .units = SigmaUnits::absolute, .sigma_spatial = 10, .sigma_illumination = 50,
+                .sigma_position = 2, .sigma_normal = 0.5, .sigma_material = 0.5, .second_pass_factor = 1.0 / 3,
+                .despike = off, .firefly = 25};
+    }
+    fail("'" + std::string(method) + "' is no denoising method; there are " + std::string(denoise_methods));
 }
 
-/// What the chain met on its way.
+/// What denoise() met on its way.
 struct DenoiseReport {
-    std::size_t fireflies = 0;  ///< pixels whose illumination was clamped or scaled down
     std::size_t non_finite = 0; ///< pixels that came with a NaN or an infinity
+    std::size_t spikes = 0;     ///< pixels that a clamp or the firefly rule made darker
 };
 
-/// Denoises a frame into `out`, radiance with the emission in it: despike → cross-bilateral on the illumination →
-/// remodulate; emission seen directly is not filtered. Of the planes only radiance is needed; each that is there
-/// keeps an edge sharp. `out` may be the very view of the frame's radiance.
-/// nan     a pixel that is not finite takes its neighbours' value; nothing reaches further than the kernel
+namespace detail {
+/// What tells shadows and reflections from noise: the illumination through a small filter that heeds geometry
+/// alone, and how much a single pixel's illumination varies about it. The noise comes from the frame's own
+/// variance through the same filter; where there is none, as with one sample, from the spread of neighbours.
+/// Both in units of the mean noise, so that exposure does not matter; no noise anywhere leaves `image` absent.
+template <class T>
+struct LightGuide {
+    Plane<T, 3> image;
+    Plane<T, 1> deviation;
+
+    template <class Smooth> // smooth(image, out): the small filter, in place too
+    LightGuide(const FrameView<T>& frame, const PixelView<const T, 3>& illumination, Smooth&& smooth) {
+        const int width = illumination.width(), height = illumination.height();
+        Plane<T, 3> mean(width, height), noise(width, height);
+        smooth(illumination, mean.view());
+        const auto fill_noise = [&](auto&& of) {
+            bool any = false;
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x) {
+                    const Vec3<T> v = of(x, y);
+                    any = any || max_component(v) > 0;
+                    noise.view().store(x, y, v);
+                }
+            if (any) smooth(noise.view(), noise.view());
+            return any;
+        };
+        const bool sampled = !frame.variance.absent() && fill_noise([&](int x, int y) {
+            const Vec3<T> albedo = modulation(frame, x, y);
+            return frame.variance.load(x, y) / (albedo * albedo);
+        });
+        if (!sampled)
+            fill_noise([&](int x, int y) {
+                const Vec3<T> d = illumination.load(x, y) - mean.load(x, y);
+                return d * d;
+            });
+
+        deviation.allocate(width, height);
+        CompensatedSum<double> sum;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const Vec3<T> v = noise.load(x, y);
+                const T d = std::sqrt(std::max(T(0), v.x + v.y + v.z));
+                deviation.view().store(x, y, d);
+                if (is_finite(d)) sum.add(double(d));
+            }
+        if (!(sum.value() > 0)) return;
+        const T scale = T(double(width) * double(height) / sum.value());
+        for (T& d : deviation.values()) d *= scale;
+        for (T& v : mean.values()) v *= scale;
+        image = std::move(mean);
+    }
+};
+} // namespace detail
+
+/// Denoises a frame into `out`, as radiance with the emission in it: despike → cross-bilateral filter of the
+/// illumination → remodulate. Emission that is seen directly is not filtered. Only radiance has to be there; each
+/// further plane keeps edges sharp. `out` may be the very view of the frame's radiance.
+/// nan     a pixel that is not finite takes its neighbours' value and gives nothing; what lies further away than
+///         the kernel is wide is the same to the bit
 /// threads the same bits for any executor
 /// throws  lambent::Error on a bad option, absent radiance or unequal sizes, before anything is written
+/// cost    three filters of `form`, two of them half as wide and at most 17 taps; absolute units: one filter
 template <std::floating_point T, Executor E>
 DenoiseReport denoise(const FrameView<T>& frame, const std::type_identity_t<PixelView<T, 3>>& out,
                       const DenoiseOptions& options, E& executor) {
+    require(!frame.radiance.absent(), "denoise: the frame has no radiance plane");
+    detail::require_planes("denoise", frame, out);
+    const bool relative = options.units == SigmaUnits::relative;
+    CrossBilateralOptions filter{.kernel = options.kernel, .sigma_spatial = options.sigma_spatial,
+                                 .second_pass_factor = options.second_pass_factor, .form = options.form};
+    if (!relative) filter.sigma_illumination = options.sigma_illumination;
+    detail::check(filter);
+    const IdentityFeature<T> material(frame.material, options.sigma_material);
+    const Plane<T, 1> footprint = pixel_footprint(frame.position, executor);
+    const PlaneDistanceFeature<T> plane(frame.position, frame.normal, footprint.view(), options.sigma_position);
+    const NormalAngleFeature<T> angle(frame.normal, options.sigma_normal);
     DenoiseReport report;
-    require_same_size("denoise: radiance and output", frame.radiance, out);
     if (options.kernel == 0) {
         for (int y = 0; y < out.height(); ++y)
             for (int x = 0; x < out.width(); ++x) out.store(x, y, frame.radiance.load(x, y));
         return report;
     }
-    Plane<T, 3> illumination(out.width(), out.height());
-    demodulate(frame, illumination.view());
-    report.fireflies = suppress_fireflies_seed(illumination.view(), options.firefly);
-    CrossBilateralOptions filter{.kernel = options.kernel, .sigma_spatial = options.sigma_spatial,
-                                 .second_pass_factor = options.second_pass_factor, .form = options.form};
-    const IdentityFeature<T> material(frame.material, options.sigma_material);
-    const auto view = illumination.view();
-    if (options.units == SigmaUnits::absolute) {
-        filter.sigma_illumination = options.sigma_illumination;
-        cross_bilateral<T>(view, view, filter, executor, DistanceFeature<T>(frame.position, options.sigma_position),
-                           NormalFeature<T>(frame.normal, options.sigma_normal), material);
+
+    Plane<T, 3> noisy(out.width(), out.height()), illumination(out.width(), out.height());
+    demodulate(frame, noisy.view());
+    report.non_finite = repair_non_finite(noisy.view(), options.kernel / 2);
+    report.spikes = suppress_fireflies_seed(noisy.view(), options.firefly);
+    report.spikes += despike<T>(noisy.view(), illumination.view(), options.despike, executor);
+    const PixelView<T, 3> view = illumination.view();
+    if (!relative) {
+        const DistanceFeature<T> position(frame.position, options.sigma_position);
+        cross_bilateral<T>(view, view, filter, executor, position, NormalFeature<T>(frame.normal, options.sigma_normal),
+                           material);
     } else {
-        const Plane<T, 1> footprint = pixel_footprint(frame.position, executor);
-        const PlaneDistanceFeature<T> position(frame.position, frame.normal, footprint.view(), options.sigma_position);
-        const NormalAngleFeature<T> normal(frame.normal, options.sigma_normal);
-        cross_bilateral<T>(view, view, filter, executor, position, normal, material);
+        CrossBilateralOptions small = filter;
+        small.kernel = std::clamp(filter.kernel / 2 | 1, 3, 17);
+        small.sigma_spatial = 0;
+        const detail::LightGuide<T> guide(frame, view, [&](const PixelView<const T, 3>& from, const PixelView<T, 3>& to) {
+            cross_bilateral<T>(from, to, small, executor, plane, angle, material);
+        });
+        const RelativeDistanceFeature<T> light(guide.image.view(), guide.deviation.view(), options.sigma_illumination, 1e-3);
+        cross_bilateral<T>(view, view, filter, executor, light, plane, angle, material);
     }
     remodulate(frame, illumination.view(), out);
     return report;

@@ -1,8 +1,10 @@
 #pragma once
 #include <lambent/core/error.hpp>
 #include <lambent/core/numerics.hpp>
+#include <lambent/core/parallel.hpp>
 #include <lambent/film/pixel_view.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -31,6 +33,50 @@ std::size_t suppress_fireflies_seed(const PixelView<T, 3>& image, double thresho
             ++changed;
         }
     return changed;
+}
+
+/// Scales pixels that outshine their neighbourhood down to its mean + `deviations` standard deviations, in the sum
+/// of their channels, both taken over the 24 pixels around. Monotone: a brighter pixel never comes out darker; an
+/// infinite `deviations` changes no bit. Values that are not finite neither count nor change. `out` must not be
+/// `image`. Gives the number of pixels scaled.
+/// throws lambent::Error unless deviations is positive and the sizes are equal
+template <std::floating_point T, Executor E>
+std::size_t despike(const PixelView<const T, 3>& image, const PixelView<T, 3>& out, double deviations, E& executor) {
+    require(deviations > 0, [&] {
+        return "despike: the number of deviations must be positive, not " + std::to_string(deviations);
+    });
+    require_same_size("despike: image and output", image, out);
+    constexpr int radius = 2;
+    const bool on = is_finite(deviations);
+    std::vector<std::size_t> scaled(std::size_t(image.height()), 0);
+    executor.parallel_for(scaled.size(), 16, [&](std::size_t begin, std::size_t end) {
+        for (int y = int(begin); y < int(end); ++y)
+            for (int x = 0; x < image.width(); ++x) {
+                Vec3<T> value = image.load(x, y);
+                const double brightness = double(value.x) + double(value.y) + double(value.z);
+                if (on && is_finite(brightness)) {
+                    double mean = 0, squares = 0, count = 0;
+                    for (int v = std::max(0, y - radius); v <= std::min(image.height() - 1, y + radius); ++v)
+                        for (int u = std::max(0, x - radius); u <= std::min(image.width() - 1, x + radius); ++u) {
+                            const Vec3<T> other = image.load(u, v);
+                            const double b = double(other.x) + double(other.y) + double(other.z);
+                            if ((u == x && v == y) || !is_finite(b)) continue;
+                            const double delta = b - mean; // Welford's way: no difference of large squares
+                            mean += delta / ++count;
+                            squares += delta * (b - mean);
+                        }
+                    const double limit = mean + deviations * std::sqrt(squares / std::max(1.0, count));
+                    if (count > 0 && brightness > limit) {
+                        value *= T(std::max(0.0, limit) / brightness);
+                        ++scaled[std::size_t(y)];
+                    }
+                }
+                out.store(x, y, value);
+            }
+    });
+    std::size_t total = 0;
+    for (const std::size_t count : scaled) total += count;
+    return total;
 }
 
 /// Gives every pixel with a NaN or an infinity the mean of its finite neighbours, from the smallest square

@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/error.hpp>
+#include <lambent/core/numerics.hpp>
 #include <lambent/film/pixel_view.hpp>
 #include <cstddef>
 #include <string>
@@ -85,29 +86,37 @@ struct PixelData {
 inline constexpr double albedo_floor = 1e-3;
 
 namespace detail {
-/// The factor between illumination and radiance of one pixel.
+/// radiance = illumination · modulation + emission. What is absent, or not finite, changes nothing: 1 and 0.
 template <class T>
-inline Vec3<T> demodulation(const Vec3<T>& albedo) {
-    return max(albedo, Vec3<T>(T(albedo_floor)));
+Vec3<T> modulation(const FrameView<T>& frame, int x, int y) {
+    if (frame.albedo.absent()) return Vec3<T>(1);
+    const Vec3<T> albedo = frame.albedo.load(x, y);
+    return is_finite(albedo) ? max(albedo, Vec3<T>(T(albedo_floor))) : Vec3<T>(1);
+}
+template <class T>
+Vec3<T> emission(const FrameView<T>& frame, int x, int y) {
+    if (frame.emission.absent()) return Vec3<T>(0);
+    const Vec3<T> emission = frame.emission.load(x, y);
+    return is_finite(emission) ? emission : Vec3<T>(0);
+}
+template <class T, class Plane>
+void require_planes(const char* what, const FrameView<T>& frame, const Plane& plane) {
+    require_same_size(what, frame.radiance, plane);
+    if (!frame.emission.absent()) require_same_size(what, frame.radiance, frame.emission);
+    if (!frame.albedo.absent()) require_same_size(what, frame.radiance, frame.albedo);
 }
 } // namespace detail
 
 /// Writes (radiance - emission) / max(albedo, albedo_floor) to `out`; an absent emission counts as 0, an absent
-/// albedo as 1.
+/// albedo as 1, and so do values of theirs that are not finite.
 /// throws lambent::Error when radiance is absent or sizes differ
 template <class T>
 void demodulate(const FrameView<T>& frame, const std::type_identity_t<PixelView<T, 3>>& out) {
     require(!frame.radiance.absent(), "demodulate: the frame has no radiance plane");
-    require_same_size("demodulate: radiance and output", frame.radiance, out);
-    if (!frame.emission.absent()) require_same_size("demodulate: radiance and emission", frame.radiance, frame.emission);
-    if (!frame.albedo.absent()) require_same_size("demodulate: radiance and albedo", frame.radiance, frame.albedo);
+    detail::require_planes("demodulate", frame, out);
     for (int y = 0; y < out.height(); ++y)
-        for (int x = 0; x < out.width(); ++x) {
-            Vec3<T> reflected = frame.radiance.load(x, y);
-            if (!frame.emission.absent()) reflected -= frame.emission.load(x, y);
-            if (!frame.albedo.absent()) reflected /= detail::demodulation(frame.albedo.load(x, y));
-            out.store(x, y, reflected);
-        }
+        for (int x = 0; x < out.width(); ++x)
+            out.store(x, y, (frame.radiance.load(x, y) - detail::emission(frame, x, y)) / detail::modulation(frame, x, y));
 }
 
 /// Fills the frame's own `illumination`.
@@ -117,22 +126,17 @@ void demodulate(PixelData<T>& frame) {
     demodulate(std::as_const(frame).view(), frame.illumination.view());
 }
 
-/// Writes illumination · albedo + emission, the inverse of demodulate(), to `out`, which may be the very view of
-/// `illumination`.
+/// Writes illumination · max(albedo, albedo_floor) + emission, the inverse of demodulate(), to `out`, which may be
+/// the very view of `illumination`.
 /// throws lambent::Error when sizes differ
 template <class T>
 void remodulate(const FrameView<T>& frame, const std::type_identity_t<PixelView<const T, 3>>& illumination,
                 const std::type_identity_t<PixelView<T, 3>>& out) {
     require_same_size("remodulate: illumination and output", illumination, out);
-    if (!frame.emission.absent()) require_same_size("remodulate: output and emission", out, frame.emission);
-    if (!frame.albedo.absent()) require_same_size("remodulate: output and albedo", out, frame.albedo);
+    detail::require_planes("remodulate", frame, out);
     for (int y = 0; y < out.height(); ++y)
-        for (int x = 0; x < out.width(); ++x) {
-            Vec3<T> value = illumination.load(x, y);
-            if (!frame.albedo.absent()) value *= detail::demodulation(frame.albedo.load(x, y));
-            if (!frame.emission.absent()) value += frame.emission.load(x, y);
-            out.store(x, y, value);
-        }
+        for (int x = 0; x < out.width(); ++x)
+            out.store(x, y, illumination.load(x, y) * detail::modulation(frame, x, y) + detail::emission(frame, x, y));
 }
 
 } // namespace LAMBENT_ABI
