@@ -68,7 +68,7 @@ int run(const Options& o) {
         options.end_sample = std::min(end, next + std::max<std::uint64_t>(1, next - begin));
         const RenderResult pass = tracer_of(o.sampler)(film, prepared, camera, o, options, threads, keep_going);
         total.rays += pass.rays;
-        total.rejected += pass.rejected;
+        
         total.stopped = pass.stopped;
         next = options.end_sample;
         if (!o.quiet) std::fprintf(stderr, "\r%llu of %llu samples", (unsigned long long)next, (unsigned long long)end);
@@ -92,7 +92,7 @@ int run(const Options& o) {
         std::printf("seconds          load %.3f, build %.3f, render %.3f\n", load_s, build_s, render_s);
         std::printf("samples          %llu a pixel, %.3g million/s, %.3g Mrays/s\n",
                     (unsigned long long)film.sample_count(), samples / render_s * 1e-6, rays / render_s * 1e-6);
-        if (total.rejected > 0) std::printf("rejected         %llu samples were not finite\n", (unsigned long long)total.rejected);
+        if (film.rejected() > 0) std::printf("rejected         %llu samples were not finite\n", (unsigned long long)film.rejected());
         const double error = estimated_error(frame);
         if (error >= 0) std::printf("estimated error  %.4f\n", error);
         std::printf("wrote            %s%s%s\n", o.out.c_str(), o.preview.empty() ? "" : ", ", o.preview.c_str());

@@ -9,6 +9,7 @@
 #include <lambent/bvh/wide.hpp>
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/config.hpp>
+#include <lambent/core/content_hash.hpp>
 #include <lambent/core/error.hpp>
 #include <lambent/core/exp.hpp>
 #include <lambent/core/frame.hpp>
@@ -27,11 +28,15 @@
 #include <lambent/denoise/features.hpp>
 #include <lambent/denoise/footprint.hpp>
 #include <lambent/denoise/gaussian.hpp>
+#include <lambent/film/dyadic.hpp>
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_planes.hpp>
 #include <lambent/film/metrics.hpp>
 #include <lambent/film/pixel_data.hpp>
+#include <lambent/film/pixel_sample.hpp>
 #include <lambent/film/pixel_view.hpp>
+#include <lambent/film/region.hpp>
 #include <lambent/light/environment_light.hpp>
 #include <lambent/light/light_sample.hpp>
 #include <lambent/light/punctual_light.hpp>
@@ -57,6 +62,7 @@
 #include <lambent/sampling/warp.hpp>
 #include <lambent/scene/builtin.hpp>
 #include <lambent/scene/camera.hpp>
+#include <lambent/scene/fingerprint.hpp>
 #include <lambent/scene/prepared_scene.hpp>
 #include <lambent/scene/scene.hpp>
 #include <lambent/scene/sphere.hpp>

@@ -1,7 +1,7 @@
 #pragma once
-#include <lambent/core/numerics.hpp>
 #include <lambent/core/parallel.hpp>
 #include <lambent/film/film.hpp>
+#include <lambent/film/region.hpp>
 #include <lambent/render/integrator.hpp>
 #include <lambent/sampling/sampler.hpp>
 #include <lambent/scene/camera.hpp>
@@ -15,11 +15,8 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// A rectangle of pixels [x0, x1) × [y0, y1).
-struct PixelWindow {
-    int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-    bool empty() const { return x0 >= x1 || y0 >= y1; }
-};
+/// One more than the largest sample index.
+inline constexpr std::uint64_t max_samples = std::uint64_t(1) << 32;
 
 struct RenderOptions {
     int width = 1280, height = 720;
@@ -34,24 +31,8 @@ struct RenderOptions {
 
 struct RenderResult {
     RayCounts rays;
-    std::uint64_t rejected = 0; ///< samples with a non-finite radiance, counted as black
-    bool stopped = false;       ///< ended by the caller's wish; the film is without this pass
+    bool stopped = false; ///< ended by the caller's wish; the film is without this pass
 };
-
-namespace detail {
-/// Makes a sample fit to be summed: finite, and not above the clamp, which is monotone and keeps the hue.
-template <class T>
-inline bool sanitise(PixelSample<T>& sample, T clamp) {
-    if (!is_finite(sample.radiance)) {
-        sample.radiance = sample.emission = Vec3<T>(0);
-        return false;
-    }
-    const Vec3<T> reflected = sample.radiance - sample.emission;
-    const T peak = max_component(reflected);
-    if (peak > clamp) sample.radiance = sample.emission + reflected * (clamp / peak);
-    return true;
-}
-} // namespace detail
 
 /// Renders the samples [first_sample, end_sample) of every pixel of the window and merges them into `film`,
 /// which is made when it is empty. What a pixel gets depends on scene, sampler and sample index alone: any
@@ -68,23 +49,21 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
     });
     PixelWindow window = options.window;
     if (window.empty()) window = {0, 0, options.width, options.height};
-    require(window.x0 >= 0 && window.y0 >= 0 && window.x1 <= options.width && window.y1 <= options.height,
-            "render: the window reaches out of the image");
-    require(options.first_sample < options.end_sample, [&] {
-        return "render: no samples in [" + std::to_string(options.first_sample) + ", " +
-               std::to_string(options.end_sample) + ")";
+    require(window.inside(options.width, options.height), "render: the window reaches out of the image");
+    require(options.first_sample < options.end_sample && options.end_sample <= max_samples, [&] {
+        return "render: " + describe(SampleRange{options.first_sample, options.end_sample}) +
+               " is not a range of samples below 2^32";
     });
-    const int width = window.x1 - window.x0, height = window.y1 - window.y0;
+    const int width = window.width(), height = window.height();
     const int tile = std::max(1, options.tile);
     const int tiles_x = (width + tile - 1) / tile, tiles_y = (height + tile - 1) / tile;
     const CameraRays<T> rays(camera, options.width, options.height, scene.scene().origin);
 
     FilmPass<T> pass(width, height, options.planes, options.first_sample, options.end_sample);
-    std::atomic<std::uint64_t> closest{0}, shadow{0}, rejected{0};
+    std::atomic<std::uint64_t> closest{0}, shadow{0};
     std::atomic<bool> stopped{false};
     executor.parallel_for(std::size_t(tiles_x) * std::size_t(tiles_y), 1, [&](std::size_t begin, std::size_t end) {
         RayCounts counts;
-        std::uint64_t bad = 0;
         for (std::size_t index = begin; index < end; ++index) {
             if (stopped.load(std::memory_order_relaxed) || !keep_going()) {
                 stopped = true;
@@ -100,16 +79,15 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
                         const auto jitter = stream.get_2d(dimensions::pixel);
                         PixelSample<T> sample = integrator.sample(
                             scene, rays.ray(T(px) + T(jitter.x), T(py) + T(jitter.y)), stream, counts);
-                        bad += !detail::sanitise(sample, T(options.firefly_clamp));
+                        clamp_reflected(sample, T(options.firefly_clamp));
                         pixel.add(sample);
                     }
                 }
         }
         closest += counts.closest;
         shadow += counts.shadow;
-        rejected += bad;
     });
-    RenderResult result{{closest, shadow}, rejected, stopped};
+    RenderResult result{{closest, shadow}, stopped};
     if (stopped) return result;
     if (film.blocks().empty()) film = pass.finish();
     else film.merge(pass.finish());

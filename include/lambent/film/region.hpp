@@ -1,0 +1,22 @@
+#pragma once
+#include <lambent/core/config.hpp>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// A rectangle of pixels [x0, x1) × [y0, y1) of an image; row 0 is the top.
+struct PixelWindow {
+    int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+
+    bool empty() const { return x0 >= x1 || y0 >= y1; }
+    int width() const { return x1 - x0; }
+    int height() const { return y1 - y0; }
+    /// Whether it lies within an image of this size.
+    bool inside(int image_width, int image_height) const {
+        return x0 >= 0 && y0 >= 0 && x1 <= image_width && y1 <= image_height;
+    }
+    friend bool operator==(const PixelWindow&, const PixelWindow&) = default;
+};
+
+} // namespace LAMBENT_ABI
+} // namespace lambent
