@@ -1,8 +1,8 @@
 #!/bin/sh
 # Rules about our own files that no compiler checks.
-#   sh tests/house.sh ROOT
+#   sh tests/house.sh [ROOT]      without it: the project around this script
 set -eu
-cd "$1"
+cd "${1:-$(dirname -- "$0")/..}"
 failures=$(mktemp)
 trap 'rm -f "$failures"' EXIT
 

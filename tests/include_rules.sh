@@ -1,9 +1,13 @@
 #!/bin/sh
 # The include rules hold, and each of them is noticed when broken.
-#   sh tests/include_rules.sh CMAKE ROOT
+#   sh tests/include_rules.sh [CMAKE [ROOT]]      without them: cmake, and the project around this script
 set -eu
-cmake=$1
-root=$2
+cmake=${1:-cmake}
+root=${2:-$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)}
+command -v "$cmake" >/dev/null || {
+    echo "usage: sh tests/include_rules.sh [CMAKE [ROOT]]; no program '$cmake'" >&2
+    exit 2
+}
 rules=$root/cmake/IncludeRules.cmake
 "$cmake" -D LAMBENT_INCLUDE_DIR="$root/include" -P "$rules"
 
