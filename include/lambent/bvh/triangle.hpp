@@ -76,12 +76,13 @@ inline BlockHit<T> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>& b
     const Lanes least = min(w0, min(w1, w2)), most = max(w0, max(w1, w2));
     hit.mask = (least >= zero) ^ (most <= zero); // both where all three vanish: edge-on
     if (bits(hit.mask) == 0) return hit;
-    // Weights first: their products with the depth could overflow. A mean of the depths with weights of one sign
-    // never leaves the triangle, however thin it is seen.
+    // Weights first, and no compiler may divide later: their products with the depth could overflow. A mean of the
+    // depths with weights of one sign never leaves the triangle, however thin it is seen.
     const Lanes determinant = w0 + w1 + w2;
-    hit.u = w1 / determinant;
-    hit.v = w2 / determinant;
-    const Lanes depth = multiply_add(w0 / determinant, z[0], multiply_add(hit.u, z[1], hit.v * z[2]));
+    hit.u = opaque(w1 / determinant);
+    hit.v = opaque(w2 / determinant);
+    const Lanes depth =
+        multiply_add(opaque(w0 / determinant), z[0], multiply_add(hit.u, z[1], hit.v * z[2]));
     hit.t = depth * ray.inverse_z;
     hit.mask = hit.mask & (hit.t >= t_min) & (hit.t < t_max);
     return hit;
