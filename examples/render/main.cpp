@@ -1,22 +1,21 @@
-// Scene in, EXR out: loads, renders in passes, writes the image and its planes.
-#include "../support/command_line.hpp"
+// Scene in, EXR out: loads, renders in passes, denoises, writes the image and its planes.
 #include "options.hpp"
-#include "output.hpp"
-#include "scene_setup.hpp"
-#include "trace.hpp"
-#include <csignal>
+#include "run.hpp"
 #include <cstdio>
+#include <exception>
+#include <new>
 
 int main(int argc, char** argv) {
     try {
-        const Options options = parse_options(argc, argv);
-        std::signal(SIGINT, [](int) { interrupted = 1; });
-        return run(options);
+        const auto options = parse_options(argc, argv);
+        return options ? run(*options) : 0;
     } catch (const UsageError& e) {
         std::fprintf(stderr, "render: %s\nrender --help lists the options\n", e.what());
         return 2;
+    } catch (const std::bad_alloc&) {
+        std::fprintf(stderr, "render: not enough memory\n");
     } catch (const std::exception& e) {
         std::fprintf(stderr, "render: %s\n", e.what());
-        return 1;
     }
+    return 1;
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include "../support/image_output.hpp"
 #include <lambent/render/path.hpp>
 #include <lambent/render/render.hpp>
 #include <lambent/scene/scene.hpp>
@@ -20,9 +21,10 @@ struct SphereLightOption {
 struct Options {
     std::string scene;
     std::string out = "out.exr", preview, stats, resume;
+    std::string film; ///< where the state goes: `out` with the extension .film
     int width = 1280, height = 720;
     std::uint64_t spp = 16;
-    std::optional<std::uint64_t> range_begin, range_end;
+    std::optional<lambent::SampleRange> range; ///< unset: [0, spp)
     std::uint32_t seed = 0;
     unsigned threads = 0;
     IntegratorKind integrator = IntegratorKind::path;
@@ -30,7 +32,8 @@ struct Options {
     lambent::PathStrategy strategy = lambent::PathStrategy::both;
     lambent::MisHeuristic mis = lambent::MisHeuristic::power;
     lambent::PathOptions path;
-    std::string environment;
+    std::string environment; ///< a file
+    std::optional<lambent::Vec3d> constant_environment;
     double environment_rotation = 0, environment_scale = 1;
     std::vector<SphereLightOption> sphere_lights;
     int camera = 0;
@@ -38,15 +41,15 @@ struct Options {
     std::optional<lambent::Vec3d> eye, target, up;
     std::optional<double> vertical_fov;
     lambent::PixelWindow crop;
-    std::string denoise = "none";
-    std::string aov = "all";
-    bool full_float = false, quiet = false, checkpoint = false;
+    ImageSettings image;
+    bool quiet = false, checkpoint = false;
     double exposure = 0;
     double time_limit = std::numeric_limits<double>::infinity();
     double firefly_clamp = std::numeric_limits<double>::infinity();
 
-    bool wants_state() const { return range_begin.has_value() || !resume.empty() || checkpoint; }
+    bool wants_state() const { return range.has_value() || !resume.empty() || checkpoint; }
+    lambent::SampleRange samples() const { return range.value_or(lambent::SampleRange{0, spp}); }
 };
 
-/// throws UsageError; prints the help and exits with 0 when asked for it
-Options parse_options(int argc, char** argv);
+/// Checks all that can be checked without a file. Unset when the help was asked for, and printed. throws UsageError
+std::optional<Options> parse_options(int argc, char** argv);

@@ -1,28 +1,17 @@
-#include "../support/command_line.hpp"
-#include "../support/preview.hpp"
-#include "output.hpp"
+#include "run.hpp"
+#include "../support/stopwatch.hpp"
+#include "identity.hpp"
+#include "interrupt.hpp"
+#include "report.hpp"
 #include "scene_setup.hpp"
 #include "trace.hpp"
-#include <lambent/film/error_estimate.hpp>
-#include <lambent/io/exr_frame.hpp>
-#include <chrono>
+#include <algorithm>
 #include <cstdio>
+#include <unistd.h>
 
 using namespace lambent;
 
-volatile std::sig_atomic_t interrupted = 0;
-
 namespace {
-
-class Stopwatch {
-public:
-    double seconds() const {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    }
-
-private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 Tracer tracer_of(SamplerKind kind) {
     switch (kind) {
@@ -33,69 +22,180 @@ Tracer tracer_of(SamplerKind kind) {
     return trace_sobol;
 }
 
+void check_files(const Options& o) {
+    check_writable(o.out);
+    check_writable(o.film); // an interrupt writes it, asked for or not
+    if (!o.preview.empty()) check_writable(o.preview);
+    if (!o.stats.empty()) check_writable(o.stats);
+}
+
+/// What there is before the first sample: an empty film, or the one to go on with.
+FilmState<float> starting_state(const Options& o, const Scene<float>& scene, const Camera& camera) {
+    FilmState<float> state;
+    state.width = o.width;
+    state.height = o.height;
+    state.window = o.crop.empty() ? PixelWindow{0, 0, o.width, o.height} : o.crop;
+    state.camera = camera;
+    state.origin = scene.origin;
+    state.identity = identity_of(o, scene, camera);
+    state.settings = o.image.given;
+    state.film = Film<float>(state.window.width(), state.window.height(), o.image.planes());
+    if (o.resume.empty()) return state;
+
+    FilmState<float> saved = read_film<float>(o.resume);
+    const std::string differs = difference(saved, state);
+    require(differs.empty(), [&] { return o.resume + " is of another render: its " + differs; });
+    require(contains(saved.film.planes(), o.image.planes()), [&] {
+        return o.resume + ": it has " + describe(saved.film.planes()) + "; --aov and --denoise need " +
+               describe(o.image.planes());
+    });
+    state.film = std::move(saved.film);
+    return state;
+}
+
+/// Renders the samples that are missing in passes of one dyadic block each, at first of one sample and then as large
+/// as fits into a second: an interrupt loses no more than that, and the film's bits do not depend on the split.
+class Passes {
+public:
+    Passes(const Options& o, FilmState<float>& state, const PreparedScene<float>& scene, ThreadExecutor& threads)
+        : o_(o), state_(state), scene_(scene), threads_(threads) {
+        options_.width = o.width;
+        options_.height = o.height;
+        options_.window = state.window;
+        options_.firefly_clamp = o.firefly_clamp;
+        options_.planes = state.film.planes();
+    }
+
+    void run() {
+        for (const SampleRange& range : state_.film.missing(o_.samples()))
+            for (std::uint64_t next = range.begin; next < range.end && !ended_;) {
+                const DyadicBlock block = dyadic_block_at(next, range.end, largest());
+                if (out_of_time()) ended_ = true;
+                else render_block(block);
+                next = block.end();
+            }
+        if (progress_) std::fprintf(stderr, "\n");
+    }
+
+    RayCounts rays;
+    std::uint64_t samples = 0; ///< a pixel
+    double rendering_s = 0;
+    double saving_s = 0; ///< checkpoints
+
+private:
+    static constexpr double longest_pass_s = 1;
+
+    /// Samples in the next pass by the speed of the last.
+    std::uint64_t largest() const {
+        if (samples == 0) return 1;
+        const double left = std::max(0.0, o_.time_limit - rendering_s);
+        const double fits = std::min(longest_pass_s, left) / std::max(1e-9, seconds_a_sample_);
+        return std::max<std::uint64_t>(1, std::min(samples, std::uint64_t(std::min(fits, 1e9))));
+    }
+    bool out_of_time() const { return samples > 0 && rendering_s + seconds_a_sample_ > o_.time_limit; }
+
+    void render_block(const DyadicBlock& block) {
+        const Stopwatch watch;
+        options_.first_sample = block.first;
+        options_.end_sample = block.end();
+        const RenderResult result = tracer_of(o_.sampler)(state_.film, scene_, state_.camera, o_, options_, threads_,
+                                                          [] { return !interrupt::asked(); });
+        rays += result.rays;
+        rendering_s += watch.seconds();
+        ended_ = result.stopped;
+        if (ended_) return;
+        samples += block.size();
+        seconds_a_sample_ = watch.seconds() / double(block.size());
+        show(block.end());
+        if (o_.checkpoint) save_now_and_then();
+    }
+
+    /// Saving takes at most a twentieth of the time.
+    void save_now_and_then() {
+        if (since_saved_.seconds() < std::max(2.0, 20 * last_save_s_)) return;
+        const Stopwatch watch;
+        write_film(o_.film, state_);
+        last_save_s_ = watch.seconds();
+        saving_s += last_save_s_;
+        since_saved_ = Stopwatch();
+    }
+
+    void show(std::uint64_t done) const {
+        if (progress_)
+            std::fprintf(stderr, "\r%llu of %llu samples", static_cast<unsigned long long>(done),
+                         static_cast<unsigned long long>(o_.samples().end));
+    }
+
+    const Options& o_;
+    FilmState<float>& state_;
+    const PreparedScene<float>& scene_;
+    ThreadExecutor& threads_;
+    RenderOptions options_;
+    double seconds_a_sample_ = 0, last_save_s_ = 0;
+    Stopwatch since_saved_;
+    bool ended_ = false;
+    const bool progress_ = !o_.quiet && isatty(STDERR_FILENO) != 0;
+};
+
+/// What was interrupted: how to go on.
+void say_how_to_go_on(const Options& o, const FilmState<float>& state) {
+    std::fprintf(stderr, "interrupted: %llu samples a pixel are saved in %s; go on with the same options and --resume %s\n",
+                 static_cast<unsigned long long>(state.film.sample_count()), o.film.c_str(), o.film.c_str());
+}
+
 } // namespace
 
 int run(const Options& o) {
-    Stopwatch load_watch;
+    interrupt::listen();
+    check_files(o);
+    RunReport report;
+    const Stopwatch whole;
     const Scene<float> scene = make_scene(o);
     const Camera camera = choose_camera(scene, o);
-    const double load_s = load_watch.seconds();
     if (!o.quiet)
         for (const std::string& note : scene.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
+    FilmState<float> state = starting_state(o, scene, camera);
+    report.load_s = whole.seconds();
 
     ThreadExecutor threads(o.threads);
-    Stopwatch build_watch;
     const PreparedScene<float> prepared(scene, threads);
-    const double build_s = build_watch.seconds();
+    report.build_s = whole.seconds() - report.load_s;
 
-    RenderOptions options;
-    options.width = o.width;
-    options.height = o.height;
-    options.window = o.crop;
-    options.firefly_clamp = o.firefly_clamp;
-    options.planes = o.aov == "none" ? FilmPlanes::radiance : FilmPlanes::features;
-
-    // Passes of 1, 1, 2, 4, … samples: Ctrl-C and the time limit lose little, and the film's bits do not
-    // depend on how the samples are split.
-    Film<float> film;
-    RenderResult total;
-    Stopwatch render_watch;
-    std::uint64_t next = o.range_begin.value_or(0);
-    const std::uint64_t begin = next, end = o.range_end.value_or(o.spp);
-    const auto keep_going = [&] { return interrupted == 0 && (film.blocks().empty() || render_watch.seconds() < o.time_limit); };
-    while (next < end && !total.stopped) {
-        options.first_sample = next;
-        options.end_sample = std::min(end, next + std::max<std::uint64_t>(1, next - begin));
-        const RenderResult pass = tracer_of(o.sampler)(film, prepared, camera, o, options, threads, keep_going);
-        total.rays += pass.rays;
-        
-        total.stopped = pass.stopped;
-        next = options.end_sample;
-        if (!o.quiet) std::fprintf(stderr, "\r%llu of %llu samples", (unsigned long long)next, (unsigned long long)end);
+    Passes passes(o, state, prepared, threads);
+    passes.run();
+    if (state.film.blocks().empty()) {
+        std::fprintf(stderr, "interrupted before the first sample was done: nothing is saved\n");
+        return 130;
     }
-    const double render_s = render_watch.seconds();
-    if (!o.quiet) std::fprintf(stderr, "\n");
-    if (film.blocks().empty()) fail("interrupted before the first sample was done: nothing to save");
 
-    const PixelData<float> frame = film.resolve(scene.origin);
-    ExrFrameOptions<float> exr;
-    exr.precision = o.full_float ? ExrPrecision::full : ExrPrecision::compact;
-    exr.attributes = camera_attributes(camera, o.width, o.height);
-    write_exr(o.out, frame, exr);
-    if (!o.preview.empty()) write_preview(o.preview, frame.radiance.view(), o.exposure);
-
-    const double samples = double(film.sample_count()) * frame.width * frame.height;
-    const double rays = double(total.rays.closest + total.rays.shadow);
-    if (!o.quiet) {
-        std::printf("triangles        %zu (%zu dropped), %zu spheres, %zu lights\n", scene.triangles.size(),
-                    prepared.bvh().dropped(), scene.spheres.size(), prepared.light_count());
-        std::printf("seconds          load %.3f, build %.3f, render %.3f\n", load_s, build_s, render_s);
-        std::printf("samples          %llu a pixel, %.3g million/s, %.3g Mrays/s\n",
-                    (unsigned long long)film.sample_count(), samples / render_s * 1e-6, rays / render_s * 1e-6);
-        if (film.rejected() > 0) std::printf("rejected         %llu samples were not finite\n", (unsigned long long)film.rejected());
-        const double error = estimated_error(frame);
-        if (error >= 0) std::printf("estimated error  %.4f\n", error);
-        std::printf("wrote            %s%s%s\n", o.out.c_str(), o.preview.empty() ? "" : ", ", o.preview.c_str());
+    std::vector<std::string> files = {o.out};
+    const Stopwatch saving;
+    if (o.wants_state() || interrupt::asked()) {
+        write_film(o.film, state);
+        files.push_back(o.film);
     }
-    return interrupted != 0 ? 130 : 0;
+    const double saving_s = saving.seconds() + passes.saving_s;
+    report.image = write_image(state, o.image, {o.out, o.preview, o.exposure}, threads);
+    if (!o.preview.empty()) files.push_back(o.preview);
+    if (!o.stats.empty()) files.push_back(o.stats);
+
+    report.triangles = scene.triangles.size();
+    report.dropped = prepared.bvh().dropped();
+    report.spheres = scene.spheres.size();
+    report.lights = prepared.light_count();
+    report.render_s = passes.rendering_s;
+    report.write_s = report.image.write_s + saving_s;
+    report.samples = passes.samples * state.film.pixel_count();
+    report.spp = state.film.sample_count();
+    report.rejected = state.film.rejected();
+    report.rays = passes.rays;
+    report.threads = threads.concurrency();
+    report.facts = facts_of(prepared);
+    report.skipped = skipped_by(o, scene);
+    report.total_s = whole.seconds();
+    if (!o.stats.empty()) write_stats(o.stats, report);
+    if (!o.quiet) print_report(report, files);
+    if (!interrupt::asked()) return 0;
+    say_how_to_go_on(o, state);
+    return 130;
 }

@@ -11,14 +11,8 @@ namespace {
 
 Environment make_environment(const Options& o, std::vector<std::string>& notes) {
     Environment environment;
-    const std::string constant = "constant:";
-    if (o.environment.rfind(constant, 0) == 0) {
-        const std::vector<double> rgb = to_numbers(o.environment.substr(constant.size()), 3);
-        environment.scale = Vec3f(Vec3d(rgb[0], rgb[1], rgb[2]));
-        if (min_component(environment.scale) < 0) throw UsageError("--env: radiance must be >= 0");
-    } else {
-        environment = read_environment(o.environment, &notes);
-    }
+    if (o.constant_environment) environment.scale = Vec3f(*o.constant_environment);
+    else environment = read_environment(o.environment, &notes);
     environment.scale *= float(o.environment_scale);
     environment.rotation = o.environment_rotation;
     return environment;
@@ -42,7 +36,7 @@ bool has_light(const Scene<float>& scene) {
 
 Scene<float> make_scene(const Options& o) {
     Scene<float> scene = load(o.scene);
-    if (!o.environment.empty()) scene.environment = make_environment(o, scene.notes);
+    if (!o.environment.empty() || o.constant_environment) scene.environment = make_environment(o, scene.notes);
     for (const SphereLightOption& light : o.sphere_lights) {
         Material m;
         m.name = "sphere light";

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -7,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 /// A wrong command line: the program says so and exits with 2.
@@ -14,12 +17,27 @@ struct UsageError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// How many letters must be added, taken away or replaced to make the one of the other.
+inline std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::size_t diagonal = std::exchange(row[0], i);
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i - 1] != b[j - 1] ? 1 : 0);
+            diagonal = row[j];
+            row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+        }
+    }
+    return row[b.size()];
+}
+
 /// Options by name, each with a line of help. `--x v` and `--x=v` mean the same; values may start with '-'.
 class CommandLine {
 public:
-    CommandLine(std::string usage) : usage_(std::move(usage)) {}
+    explicit CommandLine(std::string usage) : usage_(std::move(usage)) {}
 
-    /// `spelling` is "--name VALUE", or "--name" for a flag.
+    /// `spelling` is "--name VALUE", or "--name" for a flag; `set` gets the value and may throw UsageError.
     void add(const std::string& spelling, const std::string& help, std::function<void(const std::string&)> set) {
         const std::size_t space = spelling.find(' ');
         options_.push_back({spelling.substr(0, space), space == std::string::npos ? "" : spelling.substr(space + 1),
@@ -31,35 +49,33 @@ public:
         std::vector<std::string> rest;
         for (int i = 1; i < argc; ++i) {
             const std::string argument = argv[i];
-            if (argument.rfind("--", 0) != 0) {
+            if (argument.size() < 2 || argument[0] != '-') {
                 rest.push_back(argument);
                 continue;
             }
             const std::size_t equals = argument.find('=');
-            const std::string name = argument.substr(0, equals);
-            const Option* option = find(name);
-            if (option == nullptr) throw UsageError("unknown option " + name);
-            const bool flag = option->value.empty();
-            if (flag && equals != std::string::npos) throw UsageError(name + " takes no value");
+            const Option& option = find(argument.substr(0, equals));
+            const bool flag = option.value.empty();
+            if (flag && equals != std::string::npos) throw UsageError(option.name + " takes no value");
             std::string value;
-            if (!flag) {
-                if (equals == std::string::npos && i + 1 >= argc)
-                    throw UsageError(name + " needs a value: " + option->value);
-                value = equals != std::string::npos ? argument.substr(equals + 1) : argv[++i];
+            if (equals != std::string::npos) {
+                value = argument.substr(equals + 1);
+            } else if (!flag) {
+                if (i + 1 >= argc || is_option(argv[i + 1])) throw UsageError(option.name + " needs a value: " + option.value);
+                value = argv[++i];
             }
-            try {
-                option->set(value);
-            } catch (const UsageError& e) {
-                throw UsageError(name + " " + value + ": " + e.what());
-            }
+            apply(option, value);
         }
         return rest;
     }
 
+    /// The same for one option. throws UsageError
+    void set(const std::string& name, const std::string& value) const { apply(find(name), value); }
+
     void print_help() const {
         std::printf("usage: %s\n", usage_.c_str());
         for (const Option& o : options_)
-            std::printf("  %-34s %s\n", (o.name + (o.value.empty() ? "" : " " + o.value)).c_str(), o.help.c_str());
+            std::printf("  %-36s %s\n", (o.name + (o.value.empty() ? "" : " " + o.value)).c_str(), o.help.c_str());
     }
 
 private:
@@ -67,11 +83,28 @@ private:
         std::string name, value, help;
         std::function<void(const std::string&)> set;
     };
-    const Option* find(const std::string& name) const {
-        for (const Option& o : options_)
-            if (o.name == name) return &o;
-        return nullptr;
+
+    static void apply(const Option& option, const std::string& value) {
+        try {
+            option.set(value);
+        } catch (const UsageError& e) {
+            throw UsageError(option.name + (value.empty() ? "" : " " + value) + ": " + e.what());
+        }
     }
+
+    bool is_option(const std::string& name) const {
+        return std::any_of(options_.begin(), options_.end(), [&](const Option& o) { return o.name == name; });
+    }
+
+    const Option& find(const std::string& name) const {
+        const Option* nearest = nullptr;
+        for (const Option& o : options_) {
+            if (o.name == name) return o;
+            if (nearest == nullptr || edit_distance(name, o.name) < edit_distance(name, nearest->name)) nearest = &o;
+        }
+        throw UsageError("unknown option " + name + (nearest != nullptr ? "; did you mean " + nearest->name + "?" : ""));
+    }
+
     std::string usage_;
     std::vector<Option> options_;
 };
@@ -80,7 +113,8 @@ private:
 inline double to_number(const std::string& text) {
     char* end = nullptr;
     const double value = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !(std::fabs(value) < 1e300)) throw UsageError("'" + text + "' is not a number");
+    if (text.empty() || std::isspace(static_cast<unsigned char>(text[0])) || *end != '\0' || !(std::fabs(value) < 1e300))
+        throw UsageError("'" + text + "' is not a number");
     return value;
 }
 
@@ -94,24 +128,37 @@ inline double to_positive(const std::string& text) {
 inline std::int64_t to_integer(const std::string& text, std::int64_t low, std::int64_t high) {
     char* end = nullptr;
     const long long value = std::strtoll(text.c_str(), &end, 10);
-    if (text.empty() || *end != '\0') throw UsageError("'" + text + "' is not a whole number");
+    if (text.empty() || std::isspace(static_cast<unsigned char>(text[0])) || *end != '\0')
+        throw UsageError("'" + text + "' is not a whole number");
     if (value < low || value > high)
         throw UsageError("must lie in [" + std::to_string(low) + ", " + std::to_string(high) + "]");
     return value;
 }
 
-/// Exactly `count` numbers, separated by `separator`. throws UsageError
-inline std::vector<double> to_numbers(const std::string& text, std::size_t count, char separator = ',') {
-    std::vector<double> numbers;
+/// The parts of `text` between separators; an empty text has one empty part.
+inline std::vector<std::string> split(const std::string& text, char separator) {
+    std::vector<std::string> parts;
     std::size_t begin = 0;
     for (;;) {
         const std::size_t end = text.find(separator, begin);
-        numbers.push_back(to_number(text.substr(begin, end == std::string::npos ? end : end - begin)));
-        if (end == std::string::npos) break;
+        parts.push_back(text.substr(begin, end == std::string::npos ? end : end - begin));
+        if (end == std::string::npos) return parts;
         begin = end + 1;
     }
-    if (numbers.size() != count)
-        throw UsageError("has " + std::to_string(numbers.size()) + " numbers where " + std::to_string(count) + " belong");
+}
+
+/// Exactly `count` parts between separators. throws UsageError
+inline std::vector<std::string> split_exactly(const std::string& text, char separator, std::size_t count) {
+    std::vector<std::string> parts = split(text, separator);
+    if (parts.size() != count)
+        throw UsageError("has " + std::to_string(parts.size()) + " parts where " + std::to_string(count) + " belong");
+    return parts;
+}
+
+/// Exactly `count` numbers with commas between them. throws UsageError
+inline std::vector<double> to_numbers(const std::string& text, std::size_t count) {
+    std::vector<double> numbers;
+    for (const std::string& part : split_exactly(text, ',', count)) numbers.push_back(to_number(part));
     return numbers;
 }
 

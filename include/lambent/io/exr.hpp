@@ -47,6 +47,8 @@ struct ExrImage {
     int width = 0, height = 0;
     std::vector<ExrChannel> channels;
     std::map<std::string, ExrValue> attributes; ///< those beyond the standard header
+    int left = 0, top = 0;                      ///< where the upper left pixel lies in the display window
+    int display_width = 0, display_height = 0;  ///< of the display window; 0 = the image's own
 
     /// The channel of that name, or nullptr.
     const ExrChannel* find(std::string_view name) const {
@@ -182,6 +184,11 @@ inline ExrImage read_exr(const std::string& path, std::size_t max_pixels = std::
             if (image.channels.empty()) {
                 image.width = int(width);
                 image.height = int(height);
+                const Imath::Box2i display = header.displayWindow();
+                image.left = window.min.x - display.min.x;
+                image.top = window.min.y - display.min.y;
+                image.display_width = display.max.x - display.min.x + 1;
+                image.display_height = display.max.y - display.min.y + 1;
                 image.attributes = detail::attributes_of(header);
             } else if (width != image.width || height != image.height) {
                 continue;
@@ -209,11 +216,13 @@ inline ExrImage read_exr(const std::string& path, std::size_t max_pixels = std::
 inline void write_exr(const std::string& path, const ExrImage& image) {
     require(image.width > 0 && image.height > 0 && !image.channels.empty(),
             [&] { return path + ": an EXR image needs pixels and channels"; });
-    const std::size_t width = std::size_t(image.width), pixels = width * std::size_t(image.height);
+    const std::size_t pixels = std::size_t(image.width) * std::size_t(image.height);
     std::vector<std::vector<Imath::half>> halves(image.channels.size());
     detail::PendingFile pending(path);
     try {
-        Imf::Header header(image.width, image.height);
+        Imf::Header header(image.display_width > 0 ? image.display_width : image.width,
+                           image.display_height > 0 ? image.display_height : image.height);
+        header.dataWindow() = {{image.left, image.top}, {image.left + image.width - 1, image.top + image.height - 1}};
         header.compression() = Imf::ZIP_COMPRESSION;
         detail::add_attributes(header, image.attributes);
         Imf::FrameBuffer frame;
@@ -227,14 +236,10 @@ inline void write_exr(const std::string& path, const ExrImage& image) {
                 halves[i].reserve(pixels);
                 for (const float v : channel.values) halves[i].push_back(detail::saturated_half(v));
                 header.channels().insert(channel.name, Imf::Channel(Imf::HALF));
-                frame.insert(channel.name, Imf::Slice(Imf::HALF, reinterpret_cast<char*>(halves[i].data()),
-                                                      sizeof(Imath::half), sizeof(Imath::half) * width));
+                frame.insert(channel.name, Imf::Slice::Make(Imf::HALF, halves[i].data(), header.dataWindow()));
             } else {
-                // OpenEXR's slices are not const, but writing only reads them.
-                char* values = reinterpret_cast<char*>(const_cast<float*>(channel.values.data()));
                 header.channels().insert(channel.name, Imf::Channel(Imf::FLOAT));
-                frame.insert(channel.name,
-                             Imf::Slice(Imf::FLOAT, values, sizeof(float), sizeof(float) * width));
+                frame.insert(channel.name, Imf::Slice::Make(Imf::FLOAT, channel.values.data(), header.dataWindow()));
             }
         }
         Imf::OutputFile file(pending.name().c_str(), header);

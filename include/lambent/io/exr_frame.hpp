@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/film/pixel_data.hpp>
+#include <lambent/film/region.hpp>
 #include <lambent/io/exr.hpp>
 #include <lambent/scene/camera.hpp>
 #include <algorithm>
@@ -28,6 +29,8 @@ struct ExrFrameOptions {
                                                       ///< "emission", "N", "P", "Z", "material", "samples",
                                                       ///< "variance" to write; unset: all that the frame has
     std::map<std::string, ExrValue> attributes{}; ///< spp, seed, version … and camera_attributes()
+    PixelWindow window{};                         ///< where the frame lies in the whole image; empty = it is all
+    int image_width = 0, image_height = 0;        ///< of the whole image, where there is a window
 };
 
 /// The standard attributes worldToCamera and worldToNDC (RenderMan's left-handed camera space, +z ahead; NDC
@@ -62,6 +65,15 @@ ExrImage to_exr(const PixelData<T>& frame, const ExrFrameOptions<T>& options = {
     require(!frame.radiance.absent(), "to_exr: the frame has no radiance plane");
     ExrImage image;
     image.attributes = options.attributes;
+    if (!options.window.empty()) {
+        require(options.window.width() == frame.width && options.window.height() == frame.height &&
+                    options.window.inside(options.image_width, options.image_height),
+                "to_exr: the window does not fit the frame and the image");
+        image.left = options.window.x0;
+        image.top = options.window.y0;
+        image.display_width = options.image_width;
+        image.display_height = options.image_height;
+    }
     const auto wanted = [&](const std::string& layer) {
         return !options.layers ||
                std::find(options.layers->begin(), options.layers->end(), layer) != options.layers->end();

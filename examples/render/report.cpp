@@ -1,0 +1,113 @@
+#include "report.hpp"
+#include <lambent/io/file.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <sys/resource.h>
+
+using namespace lambent;
+
+namespace {
+
+double per_second(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }
+
+double peak_mib() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return double(usage.ru_maxrss) / 1024;
+}
+
+std::string json_list(const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words) text.append(text.empty() ? "\"" : ", \"").append(word).append("\"");
+    return "[" + text + "]";
+}
+
+bool any_mask(const Scene<float>& scene) {
+    return std::any_of(scene.materials.begin(), scene.materials.end(),
+                       [](const Material& m) { return m.alpha_mode == AlphaMode::mask; });
+}
+
+} // namespace
+
+std::vector<std::string> facts_of(const PreparedScene<float>& prepared) {
+    const Scene<float>& scene = prepared.scene();
+    const auto any_material = [&](auto&& is) { return std::any_of(scene.materials.begin(), scene.materials.end(), is); };
+    std::vector<std::string> facts;
+    const auto add = [&](bool there, const char* name) {
+        if (there) facts.emplace_back(name);
+    };
+    add(!scene.triangles.empty(), "triangles");
+    add(!scene.spheres.empty(), "spheres");
+    add(!scene.normals.empty(), "vertex_normals");
+    add(!scene.colors.empty(), "vertex_colors");
+    add(!scene.textures.empty(), "textures");
+    add(any_mask(scene), "alpha_mask");
+    add(any_material([](const Material& m) { return m.emissive(); }), "emissive_surfaces");
+    add(any_material([](const Material& m) { return m.emission_texture != no_texture; }), "emissive_textures");
+    add(!scene.punctual_lights.empty(), "punctual_lights");
+    add(!scene.environment.black(), "environment");
+    add(!scene.environment.map.empty(), "environment_map");
+    return facts;
+}
+
+std::vector<std::string> skipped_by(const Options& o, const Scene<float>& scene) {
+    std::vector<std::string> skipped;
+    if (!any_mask(scene)) skipped.emplace_back("alpha_mask");
+    if (o.integrator != IntegratorKind::path) return skipped;
+    if (o.strategy == PathStrategy::bsdf) skipped.emplace_back("light_sampling");
+    if (o.strategy != PathStrategy::both) skipped.emplace_back("mis");
+    return skipped;
+}
+
+void print_report(const RunReport& r, const std::vector<std::string>& files) {
+    std::printf("triangles        %zu (%zu dropped), %zu spheres, %zu lights\n", r.triangles, r.dropped, r.spheres, r.lights);
+    std::printf("seconds          load %.3f, build %.3f, render %.3f, denoise %.3f, write %.3f\n", r.load_s, r.build_s,
+                r.render_s, r.image.denoise_s, r.write_s);
+    std::printf("samples          %llu a pixel, %.3f Msamples/s, %.3f Mrays/s on %u threads\n",
+                static_cast<unsigned long long>(r.spp), per_second(double(r.samples), r.render_s) * 1e-6,
+                per_second(double(r.rays.closest + r.rays.shadow), r.render_s) * 1e-6, r.threads);
+    if (r.rejected > 0)
+        std::printf("rejected         %llu samples were not finite\n", static_cast<unsigned long long>(r.rejected));
+    if (r.image.estimated_error >= 0) std::printf("estimated error  %.4f\n", r.image.estimated_error);
+    else std::printf("estimated error  unknown: it takes two samples a pixel\n");
+    std::string names;
+    for (const std::string& file : files) names.append(names.empty() ? "" : ", ").append(file);
+    std::printf("wrote            %s\n", names.c_str());
+}
+
+void write_stats(const std::string& path, const RunReport& r) {
+    lambent::detail::PendingFile pending(path);
+    lambent::detail::OpenFile file(std::fopen(pending.name().c_str(), "w"));
+    require(file != nullptr, [&] { return path + ": cannot be opened for writing"; });
+    const auto number = [&](const char* name, double value) { std::fprintf(file.get(), "  \"%s\": %.9g,\n", name, value); };
+    const auto count = [&](const char* name, std::uint64_t value) {
+        std::fprintf(file.get(), "  \"%s\": %llu,\n", name, static_cast<unsigned long long>(value));
+    };
+    std::fprintf(file.get(), "{\n");
+    count("triangles", r.triangles);
+    count("dropped", r.dropped);
+    count("spheres", r.spheres);
+    count("lights", r.lights);
+    number("load_s", r.load_s);
+    number("build_s", r.build_s);
+    number("render_s", r.render_s);
+    number("denoise_s", r.image.denoise_s);
+    number("write_s", r.write_s);
+    number("total_s", r.total_s);
+    count("samples", r.samples);
+    number("msamples_per_s", per_second(double(r.samples), r.render_s) * 1e-6);
+    count("rays", r.rays.closest + r.rays.shadow);
+    count("closest_rays", r.rays.closest);
+    count("shadow_rays", r.rays.shadow);
+    number("mrays_per_s", per_second(double(r.rays.closest + r.rays.shadow), r.render_s) * 1e-6);
+    count("threads", r.threads);
+    count("spp", r.spp);
+    count("rejected", r.rejected);
+    number("peak_mib", peak_mib());
+    std::fprintf(file.get(), "  \"facts\": %s,\n  \"skipped\": %s,\n", json_list(r.facts).c_str(), json_list(r.skipped).c_str());
+    if (r.image.estimated_error >= 0) std::fprintf(file.get(), "  \"estimated_error\": %.9g\n}\n", r.image.estimated_error);
+    else std::fprintf(file.get(), "  \"estimated_error\": null\n}\n");
+    const bool written = std::ferror(file.get()) == 0 && std::fclose(file.release()) == 0;
+    require(written, [&] { return path + ": cannot be written; is the disk full?"; });
+    pending.commit();
+}
