@@ -43,9 +43,9 @@ TEST_CASE("gltf_to_exr: a closed room that emits E and reflects a half is 2 E br
     REQUIRE(image.height == 360);
     for (const char* layer : {"", "noisy."})
         for (const auto& [suffix, expected] : {std::pair("R", 2.0), std::pair("G", 1.0), std::pair("B", 0.5)}) {
-            const ExrChannel* channel = image.find(name);
             const std::string name = std::string(layer) + suffix;
             INFO(name);
+            const ExrChannel* channel = image.find(name);
             REQUIRE(channel != nullptr);
             double sum = 0, squares = 0;
             for (const float v : channel->values) sum += v, squares += double(v) * v;
