@@ -63,7 +63,7 @@ public:
         if (black()) return 0;
         if (map_.empty()) return uniform_sphere_pdf<T>();
         const Vec2<T> uv = to_map(direction);
-        const T sine = safe_sqrt(1 - direction.y * direction.y);
+        const T sine = sine_of(direction);
         return sine > 0 ? distribution_.pdf(uv) / (2 * pi<T> * pi<T> * sine) : T(0);
     }
 
@@ -88,10 +88,14 @@ public:
     }
 
 private:
+    static T sine_of(const Vec3<T>& direction) {
+        return std::sqrt(direction.x * direction.x + direction.z * direction.z);
+    }
+
     Vec2<T> to_map(const Vec3<T>& direction) const {
         const T x = cos_ * direction.x + sin_ * direction.z, z = cos_ * direction.z - sin_ * direction.x;
         const T u = T(0.5) + std::atan2(z, x) * (inv_pi<T> / 2);
-        const T v = std::acos(std::clamp(direction.y, T(-1), T(1))) * inv_pi<T>;
+        const T v = std::atan2(sine_of(direction), direction.y) * inv_pi<T>; // acos is coarse at the poles
         constexpr T below_one = 1 - std::numeric_limits<T>::epsilon() / 2;
         return {std::clamp(u, T(0), below_one), std::clamp(v, T(0), below_one)};
     }

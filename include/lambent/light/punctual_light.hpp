@@ -38,7 +38,7 @@ struct PunctualLight {
         s.radiance = Vec3<T>(intensity) / distance2;
         if (kind == Kind::spot) {
             const T cosine = -dot(s.wi, Vec3<T>(direction));
-            const T width = std::max(T(1e-4), T(inner_cone_cos) - T(outer_cone_cos));
+            const T width = std::max(T(0.001), T(inner_cone_cos) - T(outer_cone_cos));
             const T fade = std::clamp((cosine - T(outer_cone_cos)) / width, T(0), T(1));
             s.radiance *= fade * fade;
         }

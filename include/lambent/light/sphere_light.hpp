@@ -3,6 +3,8 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/light/light_sample.hpp>
 #include <lambent/sampling/warp.hpp>
+#include <algorithm>
+#include <cmath>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -30,13 +32,12 @@ struct SphereLight {
         const T sin2_max = radius * radius / distance2;
         const Vec3<T> local = square_to_uniform_cone(u, sin2_max);
         s.wi = Frame<T>(d / distance).to_world(local);
-        // Where the direction meets the near side of the sphere.
+        // The shadow ray ends where it meets a sphere that is wider by what a hit far away may be off, else it
+        // could meet the light itself; grazing hits have no error bound along the ray.
+        const T wider = radius + gamma_bound<T>(16) * (distance + max_component(abs(center)) + radius);
         const T sin2 = local.x * local.x + local.y * local.y;
-        const T half_chord = safe_sqrt(radius * radius - distance2 * sin2);
-        const Vec3<T> outward = normalize(s.wi * (distance * local.z - half_chord) - d);
-        s.target_normal = outward;
-        s.target = center + outward * radius;
-        s.target_error = gamma_bound<T>(8) * (abs(center) + Vec3<T>(radius));
+        const T half_chord = safe_sqrt(wider * wider - distance2 * sin2);
+        s.target = from + s.wi * std::max(distance * local.z - half_chord, (distance - radius) / 2);
         return s;
     }
 };

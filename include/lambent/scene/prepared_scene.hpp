@@ -143,6 +143,7 @@ public:
             s = triangle_light(light.index).sample(from, u, barycentric, front);
             const Material& material = scene_.materials[scene_.triangle_materials[light.index]];
             if (!front && !material.double_sided) s.pdf = 0;
+            if (masked_ && !opaque_at(light.index, barycentric.x, barycentric.y)) s.pdf = 0;
             if (s.pdf > 0) s.radiance = emission(material, texcoord_at(light.index, barycentric));
             break;
         }
@@ -217,19 +218,19 @@ private:
         return size > 0 ? n / size : Vec3<T>(0, 0, 1);
     }
 
-    /// Whether there is a surface where a ray would meet a triangle: false in the holes of a mask.
+    /// Whether there is a surface at a point of a triangle: false in the holes of a mask.
+    bool opaque_at(std::uint32_t triangle, T u, T v) const {
+        const Material& m = scene_.materials[scene_.triangle_materials[triangle]];
+        if (m.alpha_mode != AlphaMode::mask) return true;
+        const Vec2f texcoord = texcoord_at(triangle, {u, v});
+        float alpha = m.alpha;
+        if (!scene_.colors.empty()) alpha *= interpolate(scene_.colors, scene_.triangles[triangle], u, v).w;
+        if (m.base_color_texture != no_texture) alpha *= texture(m.base_color_texture).sample(texcoord.x, texcoord.y).w;
+        if (m.alpha_texture != no_texture) alpha *= texture(m.alpha_texture).sample(texcoord.x, texcoord.y).x;
+        return alpha >= m.alpha_cutoff;
+    }
     auto alpha_test() const {
-        return [this](std::uint32_t primitive, T u, T v, T /*t*/) {
-            const Material& m = scene_.materials[scene_.triangle_materials[primitive]];
-            if (m.alpha_mode != AlphaMode::mask) return true;
-            const Vec2f texcoord = texcoord_at(primitive, {u, v});
-            float alpha = m.alpha;
-            if (!scene_.colors.empty()) alpha *= interpolate(scene_.colors, scene_.triangles[primitive], u, v).w;
-            if (m.base_color_texture != no_texture)
-                alpha *= texture(m.base_color_texture).sample(texcoord.x, texcoord.y).w;
-            if (m.alpha_texture != no_texture) alpha *= texture(m.alpha_texture).sample(texcoord.x, texcoord.y).x;
-            return alpha >= m.alpha_cutoff;
-        };
+        return [this](std::uint32_t triangle, T u, T v, T /*t*/) { return opaque_at(triangle, u, v); };
     }
 
     void collect_lights() {
