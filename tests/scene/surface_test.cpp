@@ -14,7 +14,8 @@ using namespace lambent_test;
 
 namespace {
 
-/// One triangle of about `size` about `center`, and a copy of it at `gap` along its normal where that is > 0.
+/// One triangle of about `size` about `center`, and where `gap` is > 0 a slightly larger copy of it there along
+/// its normal: no ray from the first one's rim passes beside it.
 template <class T>
 Scene<T> sheet(double size, const Vec3d& center, double gap, Random& random) {
     const auto point = [&] {
@@ -27,8 +28,11 @@ Scene<T> sheet(double size, const Vec3d& center, double gap, Random& random) {
         normal = cross(corner[1] - corner[0], corner[2] - corner[0]);
     }
     for (int layer = 0; layer < (gap > 0 ? 2 : 1); ++layer) {
-        for (const Vec3d& c : corner)
-            scene.positions.push_back(Vec3<T>(center + size * c + (layer * gap) * normalize(normal)));
+        const Vec3d middle = (corner[0] + corner[1] + corner[2]) / 3.0;
+        for (const Vec3d& c : corner) {
+            const Vec3d grown = middle + (1 + 0.001 * layer) * (c - middle);
+            scene.positions.push_back(Vec3<T>(center + size * grown + (layer * gap) * normalize(normal)));
+        }
         const auto first = std::uint32_t(3 * layer);
         scene.triangles.push_back({first, first + 1, first + 2});
         scene.triangle_materials.push_back(0);
