@@ -17,7 +17,7 @@ sh "$root/cmake/install_packages.sh" base bench
 
 cd "$root"
 cmake --preset release
-cmake --build --preset release
+cmake --build --preset release --target benchmarks
 
 out=$root/build/bench
 mkdir -p "$out"
@@ -35,5 +35,5 @@ if [ -x build/release/bench/micro ]; then
     echo "== micro"
     build/release/bench/micro ${quick:+--benchmark_min_time=0.05} --benchmark_format=json >"$out/micro.json" || status=1
 fi
-echo "Results: $out"
+build/release/bench/report "$out" || status=1
 exit "$status"
