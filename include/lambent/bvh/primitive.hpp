@@ -45,7 +45,7 @@ private:
 template <class T, std::size_t n>
 class ContainerView<std::span<T, n>> : public std::span<T, n> {
 public:
-    explicit ContainerView(std::span<T, n> span) : std::span<T, n>(span) {}
+    explicit ContainerView(std::span<T, n> view) : std::span<T, n>(view) {}
 };
 
 template <class V, class Projection>
