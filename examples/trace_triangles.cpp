@@ -1,4 +1,5 @@
 // Rays against triangles that stay in your own containers.
+// readme: begin
 #include <cstdint>
 #include <cstdio>
 #include <lambent/bvh/bvh.hpp>
@@ -24,3 +25,4 @@ int main() {
     const lambent::Rayf segment{.origin = {0.75f, 0.25f, 0}, .direction = {0, 0, 1}, .t_max = 1};
     std::printf("blocked within one unit: %s\n", bvh.occluded(segment) ? "yes" : "no");
 }
+// readme: end
