@@ -35,7 +35,7 @@ elif ! cmp -s "$fresh" README.md; then
     exit 1
 fi
 failures=0
-for link in $(grep -oE '\]\([^)#:]+\)' README.md | tr -d '()]'); do
+for link in $(sed '/^```/,/^```/d' README.md | grep -oE '\]\([^)#:]+\)' | tr -d '()]'); do
     [ -e "$link" ] || {
         echo "README.md: there is no $link"
         failures=1
