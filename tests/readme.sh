@@ -11,11 +11,16 @@ inside { if (/^```$/) inside = 0; else next }
 { print }
 /^<!-- examples\/.*\.cpp -->$/ { file = $2; blocks[++count] = file; wanted = 1; next }
 wanted && /^```cpp$/ {
-    taken = lines = 0
+    taken = lines = regions = 0
     while ((getline line < file) > 0) {
-        if (line ~ /^ *\/\/ readme: begin$/) taken = 1
+        if (line ~ /^ *\/\/ readme: begin$/) { taken = 1; first = regions++ > 0 }
         else if (line ~ /^ *\/\/ readme: end$/) taken = 0
-        else if (taken) { print line; ++lines }
+        else if (taken) {
+            if (first && line !~ /^[ }]/) print ""
+            print line
+            first = 0
+            ++lines
+        }
     }
     close(file)
     if (lines == 0) { print "README.md: no region to show in " file > "/dev/stderr"; failed = 1 }
