@@ -1,6 +1,9 @@
 /// The small things that a render does by the million: ns a call, by Google Benchmark.
 #include <benchmark/benchmark.h>
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <lambent/bvh/bvh.hpp>
 #include <lambent/core/frame.hpp>
 #include <lambent/core/numerics.hpp>
 #include <lambent/sampling/alias.hpp>
@@ -161,6 +164,108 @@ BENCHMARK(mis_power);
 BENCHMARK(frame_of_normal);
 BENCHMARK(kahan_product);
 BENCHMARK(exp_std);
+
+/// A tree over scattered triangles, and rays from outside of it at points inside.
+struct Target {
+    std::vector<Vec3f> vertices;
+    std::vector<UVec3> faces;
+    std::vector<Rayf> rays;
+    Bvh bvh;
+
+    Target() {
+        const auto point = [](std::uint32_t i) {
+            const auto stream = IndependentSampler<float>(3).at(i, 0, 0);
+            return Vec3f(stream.get_1d(0), stream.get_1d(1), stream.get_1d(2));
+        };
+        for (std::uint32_t i = 0; i < 256; ++i) {
+            for (std::uint32_t k = 0; k < 3; ++k) vertices.push_back(point(4 * i) + 0.3f * point(4 * i + 1 + k));
+            faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+        }
+        for (std::uint32_t i = 0; i < 64; ++i) {
+            const Vec3f from = point(9000 + i) + Vec3f(2, -1, 0.5f);
+            rays.push_back({from, point(8000 + i) - from});
+        }
+        bvh = Bvh::build(triangles(vertices, faces));
+    }
+};
+
+/// One ray against all the boxes of a node; the same test in double must agree.
+void slab_test(benchmark::State& state) {
+    const Target target;
+    const auto& node = target.bvh.tree().nodes[0];
+    using Slabs = detail::SlabRay<float>;
+    std::vector<Slabs> slabs;
+    for (const Rayf& ray : target.rays) slabs.emplace_back(ray, target.bvh.bounds());
+    const auto met = [&](std::size_t i) {
+        Slabs::Lanes entry;
+        return bits(slabs[i].meets(node, 0.0f, 1e30f, entry));
+    };
+    for (std::size_t i = 0; i < slabs.size(); ++i)
+        for (std::size_t lane = 0; lane < std::size_t(Slabs::width); ++lane) {
+            double from = 0, to = 1e30;
+            for (int k = 0; k < 3; ++k) {
+                const double o = double(target.rays[i].origin[k]), d = double(target.rays[i].direction[k]);
+                const double a = (double(node.plane[2 * k][lane]) - o) / d;
+                const double b = (double(node.plane[2 * k + 1][lane]) - o) / d;
+                from = std::max(from, std::min(a, b));
+                to = std::min(to, std::max(a, b));
+            }
+            if (std::abs(to - from) > 1e-4 && (from <= to) != ((met(i) >> lane & 1) != 0))
+                return state.SkipWithError("a box is met that is not, or the other way round");
+        }
+    std::size_t i = 0;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(met(i));
+        i = (i + 1) % slabs.size();
+    }
+}
+BENCHMARK(slab_test);
+
+/// One ray against a block of four triangles; where it hits, weights and depth must name the same point.
+void triangle_test(benchmark::State& state) {
+    const Target target;
+    std::vector<TriangleBlock<float>> blocks(target.bvh.tree().blocks);
+    blocks.resize(16);
+    std::vector<ShearedRay<float>> sheared;
+    for (const Rayf& ray : target.rays) sheared.emplace_back(ray);
+    const Pack<float, 4> t_min = 0.0f, t_max = 1e30f;
+    std::size_t hits = 0;
+    for (std::size_t i = 0; i < sheared.size(); ++i)
+        for (const auto& block : blocks) {
+            const auto hit = intersect(sheared[i], block, t_min, t_max);
+            for (unsigned lanes = bits(hit.mask); lanes != 0; lanes &= lanes - 1, ++hits) {
+                const int lane = std::countr_zero(lanes);
+                const UVec3 face = target.faces[block.primitive[lane]];
+                const Vec3f a = target.vertices[face.x], b = target.vertices[face.y], c = target.vertices[face.z];
+                const Vec3f p = a + hit.u[lane] * (b - a) + hit.v[lane] * (c - a);
+                if (!(length(p - target.rays[i].origin - hit.t[lane] * target.rays[i].direction) < 1e-5f))
+                    return state.SkipWithError("a hit does not lie where its weights say");
+            }
+        }
+    if (hits == 0) return state.SkipWithError("nothing was hit");
+    std::size_t i = 0;
+    for (auto _ : state) {
+        auto hit = intersect(sheared[i % 64], blocks[i % 16], t_min, t_max);
+        benchmark::DoNotOptimize(hit);
+        i = (i + 1) % 1023;
+    }
+    state.counters["hit_rate"] = double(hits) / double(64 * 16);
+}
+BENCHMARK(triangle_test);
+
+/// What a query does before its first box.
+void ray_setup(benchmark::State& state) {
+    const Target target;
+    std::size_t i = 0;
+    for (auto _ : state) {
+        detail::SlabRay<float> slabs(target.rays[i], target.bvh.bounds());
+        ShearedRay<float> sheared(target.rays[i]);
+        benchmark::DoNotOptimize(slabs);
+        benchmark::DoNotOptimize(sheared);
+        i = (i + 1) % target.rays.size();
+    }
+}
+BENCHMARK(ray_setup);
 
 std::vector<float> weights(std::size_t n) {
     std::vector<float> w(n);

@@ -74,6 +74,7 @@ inline Soup scene_soup(const std::string& name, lambent::Camera& camera) {
     const Scene<float> scene = name == "builtin:cornell" ? cornell_scene<float>() : load_scene<float>(name);
     Soup soup;
     soup.name = name;
+    soup.origin = scene.origin;
     for (const UVec3& t : scene.triangles)
         soup.add(scene.positions[t.x], scene.positions[t.y], scene.positions[t.z]);
     camera = scene.cameras.empty() ? framing_camera(scene.bounds(), 1) : scene.cameras.front();

@@ -14,6 +14,7 @@
 /// The triangles of a bench: a soup, three vertices each.
 struct Soup {
     std::string name;
+    lambent::Vec3d origin{0}; ///< of the vertices' coordinates
     std::vector<lambent::Vec3f> vertices;
     std::vector<lambent::UVec3> faces;
 
