@@ -51,8 +51,8 @@ private:
 ///   FrameView<float>{.radiance = rgb_view(color, w, h, {.pixel = 4}), .normal = rgb_view(normals, w, h)}
 template <class T>
 struct FrameView {
-    PixelView<const T, 3> radiance, emission, albedo, normal, position, variance;
-    PixelView<const T, 1> depth, material;
+    PixelView<const T, 3> radiance{}, emission{}, albedo{}, normal{}, position{}, variance{};
+    PixelView<const T, 1> depth{}, material{};
 };
 
 /// The resolved planes of one frame: a structure of arrays, in which a plane that nobody asked for is absent.

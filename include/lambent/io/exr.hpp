@@ -114,9 +114,15 @@ inline void add_attributes(Imf::Header& header, const std::map<std::string, ExrV
     }
 }
 
+/// Those beyond what every header has and what tells the parts of a file apart: they can be written again.
 inline std::map<std::string, ExrValue> attributes_of(const Imf::Header& header) {
     std::map<std::string, ExrValue> out;
+    const Imf::Header standard;
     for (auto it = header.begin(); it != header.end(); ++it) {
+        const std::string_view name = it.name();
+        if (standard.find(it.name()) != standard.end() || name == "name" || name == "type" || name == "view" ||
+            name == "chunkCount")
+            continue;
         const Imf::Attribute* a = &it.attribute();
         if (const auto* i = dynamic_cast<const Imf::IntAttribute*>(a)) out[it.name()] = i->value();
         if (const auto* f = dynamic_cast<const Imf::FloatAttribute*>(a)) out[it.name()] = double(f->value());

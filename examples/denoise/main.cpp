@@ -1,0 +1,150 @@
+// EXR in, denoised EXR out: our planes, or those of Blender, Mitsuba and pbrt.
+#include "../support/command_line.hpp"
+#include "../support/image_output.hpp"
+#include "../support/preview.hpp"
+#include "../support/stopwatch.hpp"
+#include <lambent/io/exr_frame.hpp>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
+using namespace lambent;
+
+namespace {
+
+struct Options {
+    std::string in, out, preview, stats;
+    double exposure = 0;
+    unsigned threads = 0;
+    bool quiet = false;
+    ImageSettings image;
+};
+
+std::optional<Options> parse_options(int argc, char** argv) {
+    Options o;
+    CommandLine line("denoise IN.exr --out OUT.exr [options]");
+    bool help = false;
+    line.add("--out F.exr", "the denoised image, with the planes that it is made of", [&](auto& v) { o.out = v; });
+    line.add("--method METHOD", "another name for --denoise", [&](auto& v) { line.set("--denoise", v); });
+    add_image_options(line, o.image);
+    line.add("--firefly off|seed[:S]", "divide what exceeds S (25) by S, as the original did (by the method)",
+             [&](auto& v) { set_firefly(o.image, v); });
+    line.add("--preview F.png", "an sRGB preview (none)", [&](auto& v) { o.preview = v; });
+    line.add("--exposure EV", "of the preview, in stops (0)", [&](auto& v) { o.exposure = to_number(v); });
+    line.add("--threads N", "0 = all of the machine's (0); the image does not depend on it",
+             [&](auto& v) { o.threads = unsigned(to_integer(v, 0, 4096)); });
+    line.add("--stats F.json", "counts and times (none)", [&](auto& v) { o.stats = v; });
+    line.add("--quiet", "say nothing but errors (off)", [&](auto&) { o.quiet = true; });
+    line.add("--help", "this text", [&](auto&) { help = true; });
+    const std::vector<std::string> files = line.parse(argc, argv);
+    if (help) {
+        line.print_help();
+        return std::nullopt;
+    }
+    if (files.size() != 1) throw UsageError(files.empty() ? "no image" : "more than one image: " + files[0] + " and " + files[1]);
+    if (o.out.empty()) throw UsageError("--out F.exr is missing");
+    o.in = files[0];
+    return o;
+}
+
+/// The planes that would have kept edges sharp, had the file had them.
+std::vector<std::string> missing_planes(const PixelData<float>& frame) {
+    std::vector<std::string> missing;
+    const auto check = [&](const char* name, const auto& plane) {
+        if (plane.absent()) missing.push_back(name);
+    };
+    check("albedo", frame.albedo);
+    check("normal", frame.normal);
+    check("position", frame.position);
+    check("material", frame.material);
+    check("emission", frame.emission);
+    check("variance", frame.variance);
+    return missing;
+}
+
+struct Times {
+    double read_s = 0, denoise_s = 0, write_s = 0;
+};
+
+void write_stats(const Options& o, const PixelData<float>& frame, const DenoiseReport& report, unsigned threads,
+                 const std::vector<std::string>& missing, const Times& times) {
+    lambent::detail::PendingFile pending(o.stats);
+    lambent::detail::OpenFile file(std::fopen(pending.name().c_str(), "w"));
+    require(file != nullptr, [&] { return o.stats + ": cannot be opened for writing"; });
+    std::string names;
+    for (const std::string& name : missing) names.append(names.empty() ? "\"" : ", \"").append(name).append("\"");
+    std::fprintf(file.get(),
+                 "{\n  \"width\": %d,\n  \"height\": %d,\n  \"method\": \"%s\",\n  \"kernel\": %d,\n  \"threads\": %u,\n"
+                 "  \"spikes\": %zu,\n  \"non_finite\": %zu,\n  \"missing\": [%s],\n"
+                 "  \"read_s\": %.9g,\n  \"denoise_s\": %.9g,\n  \"write_s\": %.9g\n}\n",
+                 frame.width, frame.height, o.image.denoise.c_str(), o.image.denoise_options().kernel, threads,
+                 report.spikes, report.non_finite, names.c_str(), times.read_s, times.denoise_s, times.write_s);
+    const bool written = std::ferror(file.get()) == 0 && std::fclose(file.release()) == 0;
+    require(written, [&] { return o.stats + ": cannot be written; is the disk full?"; });
+    pending.commit();
+}
+
+int run(const Options& o) {
+    for (const std::string& file : {o.out, o.preview, o.stats})
+        if (!file.empty()) check_writable(file);
+    Times times;
+    const Stopwatch read_watch;
+    const ExrImage image = read_exr(o.in);
+    PixelData<float> frame = frame_from_exr(image);
+    times.read_s = read_watch.seconds();
+    const std::vector<std::string> missing = missing_planes(frame);
+    if (!missing.empty() && !o.quiet) {
+        std::string names;
+        for (const std::string& name : missing) names.append(names.empty() ? "" : ", ").append(name);
+        std::fprintf(stderr, "denoise: %s: denoised without %s\n", o.in.c_str(), names.c_str());
+    }
+
+    ThreadExecutor threads(o.threads);
+    const Stopwatch denoise_watch;
+    const Denoised<float> denoised = denoise(frame, o.image.denoise_options(), threads);
+    times.denoise_s = denoise_watch.seconds();
+
+    const Stopwatch write_watch;
+    ExrFrameOptions<float> exr;
+    if (o.image.denoises()) exr.denoised = denoised.radiance.view();
+    exr.precision = o.image.full_float ? ExrPrecision::full : ExrPrecision::compact;
+    exr.layers = o.image.layers;
+    if (exr.layers) exr.layers->push_back("noisy");
+    exr.attributes = image.attributes;
+    if (image.display_width > 0) {
+        exr.window = {image.left, image.top, image.left + image.width, image.top + image.height};
+        exr.image_width = image.display_width;
+        exr.image_height = image.display_height;
+    }
+    write_exr(o.out, frame, exr);
+    if (!o.preview.empty()) write_preview(o.preview, denoised.radiance.view(), o.exposure);
+    times.write_s = write_watch.seconds();
+    if (!o.stats.empty()) write_stats(o, frame, denoised.report, threads.concurrency(), missing, times);
+    if (!o.quiet) {
+        std::printf("image            %d x %d, %zu pixels mended, %zu clamped\n", frame.width, frame.height,
+                    denoised.report.non_finite, denoised.report.spikes);
+        std::printf("seconds          read %.3f, denoise %.3f, write %.3f\n", times.read_s, times.denoise_s, times.write_s);
+        std::printf("wrote            %s%s%s\n", o.out.c_str(), o.preview.empty() ? "" : ", ", o.preview.c_str());
+    }
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    try {
+        const auto options = parse_options(argc, argv);
+        return options ? run(*options) : 0;
+    } catch (const UsageError& e) {
+        std::fprintf(stderr, "denoise: %s\ndenoise --help lists the options\n", e.what());
+        return 2;
+    } catch (const std::bad_alloc&) {
+        std::fprintf(stderr, "denoise: not enough memory\n");
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "denoise: %s\n", e.what());
+    }
+    return 1;
+}
