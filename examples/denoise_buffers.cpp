@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+// readme: begin
 #include <lambent/denoise/denoise.hpp>
 #include <vector>
 
@@ -12,9 +13,12 @@ struct MyPixel {
 };
 
 int main() {
+    // readme: end
     // Two walls that meet in the middle, lit evenly; a checkered texture; noise.
+    // readme: begin
     constexpr int width = 128, height = 64;
     std::vector<MyPixel> pixels(width * height);
+    // readme: end
     unsigned random = 1;
     for (int i = 0; i < width * height; ++i) {
         const bool left = i % width < width / 2;
@@ -25,12 +29,14 @@ int main() {
                                   {albedo, albedo, albedo}};
     }
 
+    // readme: begin
     const lambent::PixelStrides strides{.pixel = sizeof(MyPixel) / sizeof(float)};
     const auto view = [&](float* first) { return lambent::rgb_view(first, width, height, strides); };
     const lambent::FrameView<float> frame{
         .radiance = view(pixels[0].color), .albedo = view(pixels[0].albedo), .normal = view(pixels[0].normal)};
     lambent::ThreadExecutor threads;
     lambent::denoise(frame, view(pixels[0].color), {}, threads);
+    // readme: end
 
     double worst = 0;
     for (int i = 0; i < width * height; ++i) {
@@ -39,4 +45,6 @@ int main() {
         worst = std::max(worst, std::abs(error));
     }
     std::printf("the noise of 100 %% is down to %s, the texture and the edge are sharp\n", worst < 0.25 ? "a quarter or less" : "more than a quarter");
+// readme: begin
 }
+// readme: end
