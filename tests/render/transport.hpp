@@ -93,6 +93,20 @@ Estimate image_mean(const S& scene, const Camera& camera, ImageSize size, const 
                       [](std::uint32_t seed) { return SobolSampler<typename S::Scalar>(seed); });
 }
 
+/// Without the light that is seen directly, which every strategy has from the same hit.
+template <class I>
+struct Reflected {
+    I inner;
+    template <class S, class Stream>
+    auto sample(const S& scene, const Ray<float>& ray, const Stream& stream, RayCounts& counts) const {
+        auto s = inner.sample(scene, ray, stream, counts);
+        s.radiance = max(s.radiance - s.emission, Vec3f(0));
+        return s;
+    }
+};
+template <class I>
+Reflected(I) -> Reflected<I>;
+
 inline std::uint32_t add_material(Scene<float>& scene, const Vec3f& color, const Vec3f& emission = Vec3f(0)) {
     Material m;
     m.base_color = color;

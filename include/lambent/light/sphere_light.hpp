@@ -10,17 +10,19 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 
 /// A sphere that emits outwards, sampled uniformly over the cone that it fills as seen from a point outside.
-/// From inside there is nothing to sample: its light is then met by chance alone.
+/// From inside, and from the sphere's own surface, whichever side rounding puts that on, there is nothing to
+/// sample: its light is then met by chance alone.
 template <class T>
 struct SphereLight {
     Vec3<T> center;
     T radius;
 
-    /// Density per solid angle of every direction that meets the sphere; 0 from inside.
+    /// Density per solid angle of every direction that meets the sphere; 0 from inside and from its surface.
     T pdf(const Vec3<T>& from) const {
         const Vec3<T> d = center - from;
         const T distance2 = dot(d, d);
-        return distance2 > radius * radius ? uniform_cone_pdf(radius * radius / distance2) : T(0);
+        const T touching = radius + gamma_bound<T>(32) * (max_component(abs(center)) + radius);
+        return distance2 > touching * touching ? uniform_cone_pdf(radius * radius / distance2) : T(0);
     }
 
     LightSample<T> sample(const Vec3<T>& from, const Vec2<T>& u) const {
