@@ -4,8 +4,10 @@
 #include <bit>
 #include <cmath>
 #include <lambent/bvh/bvh.hpp>
+#include <lambent/core/exp.hpp>
 #include <lambent/core/frame.hpp>
 #include <lambent/core/numerics.hpp>
+#include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/sampling/alias.hpp>
 #include <lambent/sampling/distribution.hpp>
 #include <lambent/sampling/independent.hpp>
@@ -15,9 +17,6 @@
 #include <lambent/sampling/warp.hpp>
 #include <string>
 #include <vector>
-#if __has_include(<lambent/core/exp.hpp>)
-#include <lambent/core/exp.hpp>
-#endif
 
 namespace {
 
@@ -164,6 +163,52 @@ BENCHMARK(mis_power);
 BENCHMARK(frame_of_normal);
 BENCHMARK(kahan_product);
 BENCHMARK(exp_std);
+
+/// A register of exponentials; ns_per_value is the figure to hold against exp_std.
+void exp_pack(benchmark::State& state) {
+    using P = FeaturePack<float>;
+    float lanes[P::width];
+    for (int i = 0; i < P::width; ++i) lanes[i] = -10 * inputs()[std::size_t(i)].x;
+    P x = P::load(lanes);
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(x);
+        P result = exp_of_negative(x);
+        benchmark::DoNotOptimize(result);
+    }
+    state.counters["ns_per_value"] = benchmark::Counter(P::width * 1e-9, benchmark::Counter::kIsIterationInvariantRate |
+                                                                            benchmark::Counter::kInvert);
+}
+BENCHMARK(exp_pack);
+
+/// The cross-bilateral filter with all four weights in the cache; ns_per_tap counts every pair that is summed.
+void filter_taps(benchmark::State& state, BilateralForm form) {
+    constexpr int size = 64, kernel = 17;
+    Plane<float, 3> image(size, size), normal(size, size), position(size, size), out(size, size);
+    Plane<float, 1> material(size, size);
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x) {
+            const Vec2f u = inputs()[std::size_t(y * size + x)];
+            image.view().store(x, y, {u.x, u.y, 1});
+            normal.view().store(x, y, normalize(Vec3f(u.x, u.y, 1)));
+            position.view().store(x, y, {float(x), float(y), u.x});
+            material.view().store(x, y, float(x / 20));
+        }
+    SerialExecutor serial;
+    for (auto _ : state)
+        cross_bilateral<float>(image.view(), out.view(), {.kernel = kernel, .sigma_illumination = 1, .form = form}, serial,
+                               DistanceFeature<float>(position.view(), 5), NormalFeature<float>(normal.view(), 0.5),
+                               IdentityFeature<float>(material.view(), 0.5));
+    for (const float v : out.values())
+        if (!is_finite(v)) state.SkipWithError("a pixel is not finite");
+    const bool window = form == BilateralForm::naive_2d || form == BilateralForm::reuse_2d;
+    state.counters["ns_per_tap"] =
+        benchmark::Counter(1e-9 * size * size * (window ? kernel * kernel : 2 * kernel),
+                           benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+BENCHMARK_CAPTURE(filter_taps, naive_2d, BilateralForm::naive_2d);
+BENCHMARK_CAPTURE(filter_taps, reuse_2d, BilateralForm::reuse_2d);
+BENCHMARK_CAPTURE(filter_taps, separable, BilateralForm::separable);
+BENCHMARK_CAPTURE(filter_taps, separable_reuse, BilateralForm::separable_reuse);
 
 /// A tree over scattered triangles, and rays from outside of it at points inside.
 struct Target {
