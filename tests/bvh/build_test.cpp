@@ -16,14 +16,6 @@ using namespace lambent_test;
 
 namespace {
 
-template <class T>
-Hit<T> brute_force_of(const lambent_test::Mesh<T>& mesh, const Ray<T>& ray) {
-    std::vector<Corners<T>> all;
-    for (std::size_t i = 0; i < mesh.faces.size(); ++i)
-        if (finite_triangle(mesh.triangle(i))) all.push_back(mesh.triangle(i));
-    return {.t = brute_force<T>(all, ray)};
-}
-
 template <class Mesh>
 bool hits(const BasicBvh<float>& bvh, const Mesh& mesh, std::size_t i) {
     const auto p = mesh.vertices(i);
@@ -266,36 +258,4 @@ TEST_CASE("Vertices and faces of many kinds make the same tree") {
     CHECK_THROWS_WITH_AS(triangles(mesh.vertices, wrong), "triangles: face 1 refers to vertex 999 of 56", Error);
     CHECK_THROWS_AS(Bvh::build(plain, {.bins = 1}), Error);
     CHECK_THROWS_AS(Bvh::build(plain, {.block_cost = 0}), Error);
-}
-
-TEST_CASE_TEMPLATE("729 boxes and rays: every sign pattern from planes, edges and corners", T, float, double) {
-    // All directions with components of {-1, 0, 1} or -0, from all origins on the planes of a cube, its middle and
-    // outside, against brute force over the cube.
-    lambent_test::Mesh<T> mesh = cube<T>(1);
-    for (Vec3<T>& v : mesh.vertices) v += Vec3<T>(1, -2, 0); // planes through the origin too
-    const auto bvh = BasicBvh<T>::build(triangles(mesh.vertices, mesh.faces));
-    const T sides[] = {-1, 0, 1}, signs[] = {-1, 0, 1};
-    std::size_t cases = 0, different = 0;
-    for (const T x : sides)
-        for (const T y : sides)
-            for (const T z : sides)
-                for (const T dx : signs)
-                    for (const T dy : signs)
-                        for (const T dz : signs)
-                            for (const T zero : {T(0), -T(0)}) {
-                                const auto signed_zero = [&](T d) { return d == 0 ? zero : d; };
-                                for (const T out : {T(1), T(3)}) {
-                                    const Ray<T> ray{Vec3<T>(1, -2, 0) + Vec3<T>(x, y, z) * out,
-                                                     {signed_zero(dx), signed_zero(dy), signed_zero(dz)},
-                                                     out == 1 ? T(0) : -T(10)};
-                                    ++cases;
-                                    const T expected = is_black(ray.direction)
-                                                           ? std::numeric_limits<T>::infinity()
-                                                           : brute_force_of(mesh, ray).t;
-                                    different += std::size_t(bvh.intersect(ray).t != expected);
-                                    different += std::size_t(bvh.occluded(ray) != is_finite(expected));
-                                }
-                            }
-    CHECK(cases == 4 * 729);
-    CHECK(different == 0);
 }

@@ -157,3 +157,36 @@ TEST_CASE_TEMPLATE("u and v are the weights of vertices 1 and 2", T, float, doub
     }
     CHECK(worst < 64 * double(std::numeric_limits<T>::epsilon()));
 }
+
+TEST_CASE_TEMPLATE("729 boxes and rays: every sign pattern from planes, edges and corners", T, float, double) {
+    // All directions with components of {-1, 0, 1} or -0, from all origins on the planes of a cube, its middle and
+    // outside, against brute force over the cube.
+    lambent_test::Mesh<T> mesh = cube<T>(1);
+    for (Vec3<T>& v : mesh.vertices) v += Vec3<T>(1, -2, 0); // planes through the origin too
+    const std::vector<Corners<T>> all = corners(mesh);
+    const auto bvh = BasicBvh<T>::build(triangles(mesh.vertices, mesh.faces));
+    const T sides[] = {-1, 0, 1}, signs[] = {-1, 0, 1};
+    std::size_t cases = 0, different = 0;
+    for (const T x : sides)
+        for (const T y : sides)
+            for (const T z : sides)
+                for (const T dx : signs)
+                    for (const T dy : signs)
+                        for (const T dz : signs)
+                            for (const T zero : {T(0), -T(0)}) {
+                                const auto signed_zero = [&](T d) { return d == 0 ? zero : d; };
+                                for (const T out : {T(1), T(3)}) {
+                                    const Ray<T> ray{Vec3<T>(1, -2, 0) + Vec3<T>(x, y, z) * out,
+                                                     {signed_zero(dx), signed_zero(dy), signed_zero(dz)},
+                                                     out == 1 ? T(0) : -T(10)};
+                                    ++cases;
+                                    const T expected = is_black(ray.direction)
+                                                           ? std::numeric_limits<T>::infinity()
+                                                           : brute_force<T>(all, ray);
+                                    different += std::size_t(bvh.intersect(ray).t != expected);
+                                    different += std::size_t(bvh.occluded(ray) != is_finite(expected));
+                                }
+                            }
+    CHECK(cases == 4 * 729);
+    CHECK(different == 0);
+}
