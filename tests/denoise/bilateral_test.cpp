@@ -84,7 +84,8 @@ bool same_bits(const Plane<float, 3>& a, const Plane<float, 3>& b) {
 } // namespace
 
 TEST_CASE_TEMPLATE("the forms over the whole window are the formula", T, float, double) {
-    for (const auto& [width, height] : {std::pair{23, 19}, {40, 7}, {1, 30}, {30, 1}, {3, 2}, {1, 1}}) {
+    for (const auto& size : {std::pair{23, 19}, {40, 7}, {1, 30}, {30, 1}, {3, 2}, {1, 1}}) {
+        const int width = size.first, height = size.second;
         CAPTURE(width);
         CAPTURE(height);
         const Planes<T> planes = random_planes<T>(width, height, 7);
@@ -129,7 +130,8 @@ TEST_CASE("F8, F9, F10: a pixel weighs 65 + 65 taps instead of 65 * 65, its own 
 }
 
 TEST_CASE("F9, F10: re-used weights give the same result") {
-    for (const auto& [width, height] : {std::pair{97, 73}, {130, 5}, {5, 130}, {17, 1}, {1, 17}}) {
+    for (const auto& size : {std::pair{97, 73}, {130, 5}, {5, 130}, {17, 1}, {1, 17}}) {
+        const int width = size.first, height = size.second;
         CAPTURE(width);
         CAPTURE(height);
         const Planes<float> planes = random_planes<float>(width, height, 11);
