@@ -112,7 +112,7 @@ private:
 
     /// Saving takes at most a twentieth of the time.
     void save_now_and_then() {
-        if (since_saved_.seconds() < std::max(2.0, 20 * last_save_s_)) return;
+        if (since_saved_.seconds() < std::max(1.0, 20 * last_save_s_)) return;
         const Stopwatch watch;
         write_film(o_.film, state_);
         last_save_s_ = watch.seconds();
@@ -170,7 +170,8 @@ int run(const Options& o) {
 
     std::vector<std::string> files = {o.out};
     const Stopwatch saving;
-    if (o.wants_state() || interrupt::asked()) {
+    const bool interrupted = interrupt::asked() && !state.film.missing(o.samples()).empty();
+    if (o.wants_state() || interrupted) {
         write_film(o.film, state);
         files.push_back(o.film);
     }
@@ -195,7 +196,7 @@ int run(const Options& o) {
     report.total_s = whole.seconds();
     if (!o.stats.empty()) write_stats(o.stats, report);
     if (!o.quiet) print_report(report, files);
-    if (!interrupt::asked()) return 0;
+    if (!interrupted) return 0;
     say_how_to_go_on(o, state);
     return 130;
 }
