@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 #include <lambent/bvh/bvh.hpp>
 #include <lambent/bvh/statistics.hpp>
+#include <random>
 #include <span>
 #include <vector>
 
@@ -214,6 +215,48 @@ TEST_CASE_TEMPLATE("Every triangle lies once in the tree, inside of all boxes ab
     CHECK(s.sah_cost > 1);
     CHECK(s.depth <= detail::max_depth);
     CHECK(s.bytes_per_triangle() < 100 * double(sizeof(T)) / 4);
+}
+
+TEST_CASE("A balanced build is cheaper for rays than a fast one, and answers the same") {
+    std::mt19937 random(20);
+    std::uniform_real_distribution<float> unit(-1, 1);
+    const auto point = [&] { return Vec3f(unit(random), unit(random), unit(random)); };
+    std::vector<Vec3f> vertices;
+    std::vector<UVec3> faces;
+    const auto add = [&](Vec3f a, Vec3f b, Vec3f c) {
+        const unsigned n = unsigned(vertices.size());
+        for (const Vec3f& p : {a, b, c}) vertices.push_back(p);
+        faces.emplace_back(n, n + 1, n + 2);
+    };
+    for (int cluster = 0; cluster < 400; ++cluster) { // small things in heaps, and from each a long one
+        const Vec3f center = point() * Vec3f(1, 1, 0.2f);
+        for (int k = 0; k < 20; ++k) {
+            const Vec3f p = center + 0.03f * point();
+            add(p, p + 0.01f * point(), p + 0.01f * point());
+        }
+        const Vec3f end = center + 2.0f * point();
+        add(center, end, end + 0.01f * point());
+    }
+    const auto mesh = triangles(vertices, faces);
+    BuildOptions options;
+    options.quality = BuildQuality::fast;
+    const Bvh fast = Bvh::build(mesh, options);
+    options.quality = BuildQuality::balanced;
+    const Bvh balanced = Bvh::build(mesh, options);
+    const BvhStatistics before = statistics(fast), after = statistics(balanced);
+    CAPTURE(before.sah_cost);
+    CAPTURE(after.sah_cost);
+    CHECK(after.sah_cost < 0.95 * before.sah_cost);
+    CHECK(after.triangles == before.triangles);
+    std::size_t hit_count = 0;
+    for (int i = 0; i < 20000; ++i) {
+        const Rayf ray{2.0f * point(), point()};
+        const Hit<float> a = fast.intersect(ray), b = balanced.intersect(ray);
+        hit_count += bool(a);
+        REQUIRE(a.t == b.t);
+        REQUIRE(fast.occluded(ray) == balanced.occluded(ray));
+    }
+    CHECK(hit_count > 100);
 }
 
 TEST_CASE("Vertices and faces of many kinds make the same tree") {

@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/primitive.hpp>
+#include <lambent/bvh/reinsertion.hpp>
 #include <lambent/bvh/traverse.hpp>
 #include <lambent/bvh/wide.hpp>
 #include <lambent/core/bounds.hpp>
@@ -41,7 +42,8 @@ public:
     template <PrimitiveSet Mesh, Executor E>
         requires std::same_as<typename Mesh::Scalar, T>
     static BasicBvh build(const Mesh& mesh, const BuildOptions& options, E& executor) {
-        const detail::BinaryTree<T> binary = detail::build_binary(mesh, options, executor);
+        detail::BinaryTree<T> binary = detail::build_binary(mesh, options, executor);
+        if (options.quality == BuildQuality::balanced) detail::Reinsertion<T>::improve(binary, detail::max_depth);
         BasicBvh bvh;
         bvh.tree_ = detail::Collapse<T>(binary, options).run(mesh);
         return bvh;

@@ -26,8 +26,8 @@ namespace detail {
 
 enum class Query : std::uint8_t { closest, any };
 
-/// The 2^30 triangles at most of a tree lie at most 64 + 28 splits below its root (see BinnedBuilder), a wide
-/// node spans at least one split, and visiting one leaves at most width - 1 entries on the stack.
+/// The 2^30 triangles at most of a tree lie at most 64 + 28 splits below its root (see BinnedBuilder; Reinsertion
+/// keeps to it), a wide node spans at least one split, and visiting one leaves at most width - 1 entries on the stack.
 inline constexpr int max_depth = 64 + 28;
 
 /// A ray as boxes are tested with: distances count along its largest axis, where the direction is then ±1, so
