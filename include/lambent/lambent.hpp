@@ -3,6 +3,7 @@
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/bvh.hpp>
 #include <lambent/bvh/primitive.hpp>
+#include <lambent/bvh/reinsertion.hpp>
 #include <lambent/bvh/statistics.hpp>
 #include <lambent/bvh/traverse.hpp>
 #include <lambent/bvh/triangle.hpp>
