@@ -44,7 +44,7 @@ configuration() {
     dev) suite dev . $debug $native $strict ;;
     clang) suite clang . $release $native $strict -DCMAKE_CXX_COMPILER=clang++ ;;
     asan) suite asan "$programs" $debug $native $no_bench "-DCMAKE_CXX_FLAGS=$address" ;;
-    tsan) suite tsan "$programs" $debug $native $no_bench "-DCMAKE_CXX_FLAGS=-fsanitize=thread -fno-omit-frame-pointer" ;;
+    tsan) TSAN_OPTIONS="suppressions=$root/tests/tsan.supp" suite tsan "$programs" $debug $native $no_bench "-DCMAKE_CXX_FLAGS=-fsanitize=thread -fno-omit-frame-pointer" ;;
     clang-asan) suite clang-asan "$programs" $debug $native $no_bench -DCMAKE_CXX_COMPILER=clang++ "-DCMAKE_CXX_FLAGS=$address" ;;
     sse2) suite sse2 . $release $strict $no_bench ;;
     avx2) suite avx2 "$programs" $release $strict $no_bench '-DCMAKE_CXX_FLAGS=-mavx2 -mfma' ;;

@@ -128,7 +128,9 @@ TEST_CASE("glTF: node transforms; a mirrored mesh keeps its front") {
                                                      {R"(,"scale":[-1,-1,-1])", -1},
                                                      {R"(,"scale":[1,1,-1])", -1},
                                                      {R"(,"scale":[2,1,1])", 1}};
-    for (const auto& [node, z] : turned) {
+    for (const auto& turn : turned) { // clang 14 captures no structured bindings
+        const auto& node = turn.first;
+        const double z = turn.second;
         CAPTURE(node);
         const Scene<float> scene = load_text(b.mesh(p, node));
         CHECK(face_normal(scene, 0) == Vec3d(0, 0, z));

@@ -18,7 +18,9 @@ TEST_CASE("every shared scene loads with its triangles, bounds and materials") {
     if (!std::filesystem::exists(scenes + "facts.json")) return skip("shared scenes: no facts.json");
     const Json facts = Json::parse(file_bytes(scenes + "facts.json"));
     CHECK(facts.object.size() == 91);
-    for (const auto& [name, fact] : facts.object) {
+    for (const auto& entry : facts.object) { // clang 14 captures no structured bindings
+        const auto& name = entry.first;
+        const auto& fact = entry.second;
         CAPTURE(name);
         Scene<float> scene;
         REQUIRE_NOTHROW(scene = load_scene(scenes + name));

@@ -70,8 +70,8 @@ TEST_CASE("G5: texture lookups match uv to 1e-6") {
         for (const Wrap wrap_v : {Wrap::repeat, Wrap::mirror, Wrap::clamp})
             for (const TextureFilter filter : {TextureFilter::bilinear, TextureFilter::nearest})
                 for (const ColorSpace space : {ColorSpace::srgb, ColorSpace::linear})
-                    for (const auto& [width, height] :
-                         {std::pair(8, 4), std::pair(1, 1), std::pair(3, 5), std::pair(64, 2)}) {
+                    for (const auto& size : {std::pair(8, 4), std::pair(1, 1), std::pair(3, 5), std::pair(64, 2)}) {
+                        const int width = size.first, height = size.second; // clang 14 captures no structured bindings
                         Texture texture = noise(width, height, seed + std::uint32_t(width));
                         texture.wrap_u = wrap_u;
                         texture.wrap_v = wrap_v;

@@ -5,7 +5,7 @@
 /// sample, pdf_b is the other's for the same sample, both in the same measure and each times its number of
 /// samples. A pdf of 0 weighs 0, as does NaN (but for -ffast-math); an infinite one, a delta, weighs 1, two
 /// of them a half. Written in ratios of the smaller to the larger, so that nothing overflows; weight(a, b) +
-/// weight(b, a) is 1 within 2 ulp.
+/// weight(b, a) is 1 within 2 ulp (but under clang's -ffast-math, whose divisions are approximate, for pdfs < 1e-30).
 /// source  Veach, thesis (1997), ch. 9
 namespace lambent {
 inline namespace LAMBENT_ABI {
