@@ -2,6 +2,7 @@
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/triangle.hpp>
 #include <lambent/core/bounds.hpp>
+#include <lambent/core/memory.hpp>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -34,8 +35,8 @@ struct alignas(64) WideNode {
 /// A tree as the traversal reads it; node 0 is the root. Without triangles it has neither nodes nor blocks.
 template <class T>
 struct WideTree {
-    std::vector<WideNode<T>> nodes;
-    std::vector<TriangleBlock<T>> blocks;
+    LargeArray<WideNode<T>> nodes;
+    LargeArray<TriangleBlock<T>> blocks;
     Bounds3<T> bounds;
     std::size_t dropped = 0;
     std::size_t triangles = 0;
