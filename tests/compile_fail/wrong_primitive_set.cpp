@@ -1,4 +1,4 @@
-// names: PrimitiveSet
+// names: TriangleSet
 #include <lambent/bvh/primitive.hpp>
 #include <array>
 

@@ -1,6 +1,8 @@
 #pragma once
-#include <lambent/bvh/primitive.hpp>
+#include <lambent/core/bounds.hpp>
+#include <lambent/core/error.hpp>
 #include <lambent/core/parallel.hpp>
+#include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
 #include <algorithm>
 #include <array>
@@ -83,35 +85,28 @@ struct BinaryTree {
     std::size_t dropped = 0;
 };
 
-/// No finite vertex is missing, and no two coincide. Triangles with three distinct vertices on a line stay in
-/// the tree although they have no area: seen by a ray the three are rounded, each on its own, and the gap that
-/// this can open between the two neighbours is theirs to fill.
-template <class T>
-inline bool can_be_hit(const std::array<Vec3<T>, 3>& p) {
-    return is_finite(p[0]) && is_finite(p[1]) && is_finite(p[2]) && p[0] != p[1] && p[1] != p[2] && p[2] != p[0];
-}
-
-template <PrimitiveSet Mesh, class E>
-std::vector<Reference<typename Mesh::Scalar>> make_references(const Mesh& mesh, E& executor) {
-    using T = typename Mesh::Scalar;
-    const std::size_t n = mesh.count();
+/// Leaves::bounds(set, i, box) is false for a primitive that is to be left out.
+template <class Leaves, class Set, class E>
+std::vector<Reference<typename Leaves::Scalar>> make_references(const Set& set, E& executor) {
+    using T = typename Leaves::Scalar;
+    const std::size_t n = set.count();
     std::vector<Reference<T>> references(n);
     executor.parallel_for(n, 1 << 14, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            const std::array<Vec3<T>, 3> p = mesh.vertices(i);
             Reference<T>& r = references[i];
-            if (!can_be_hit(p)) {
-                r.primitive = 0xffffffffu;
+            Bounds3<T> box;
+            if (!Leaves::bounds(set, i, box)) {
+                r.primitive = no_primitive;
                 continue;
             }
             for (int k = 0; k < 3; ++k) {
-                r.lo[k] = std::min(p[0][k], std::min(p[1][k], p[2][k]));
-                r.hi[k] = std::max(p[0][k], std::max(p[1][k], p[2][k]));
+                r.lo[k] = box.min[k];
+                r.hi[k] = box.max[k];
             }
             r.primitive = std::uint32_t(i);
         }
     });
-    std::erase_if(references, [](const Reference<T>& r) { return r.primitive == 0xffffffffu; });
+    std::erase_if(references, [](const Reference<T>& r) { return r.primitive == no_primitive; });
     return references;
 }
 
@@ -256,18 +251,18 @@ private:
 
 /// Builds the upper part of the tree, then the parts below it side by side; which is which depends on the
 /// triangles alone, so the tree is the same for any number of threads.
-template <PrimitiveSet Mesh, class E>
-BinaryTree<typename Mesh::Scalar> build_binary(const Mesh& mesh, const BuildOptions& options, E& executor) {
-    using T = typename Mesh::Scalar;
+template <class Leaves, class Set, class E>
+BinaryTree<typename Leaves::Scalar> build_binary(const Set& set, const BuildOptions& options, E& executor) {
+    using T = typename Leaves::Scalar;
     require(options.bins >= 2 && options.bins <= 32,
             [&] { return "BuildOptions: bins is " + std::to_string(options.bins) + ", not in [2, 32]"; });
     require(options.block_cost > 0, "BuildOptions: block_cost must be > 0");
-    require(mesh.count() < (1u << 30),
-            [&] { return "Bvh: " + std::to_string(mesh.count()) + " triangles are not fewer than 2^30"; });
+    require(set.count() < (1u << 30),
+            [&] { return "Bvh: " + std::to_string(set.count()) + " primitives are not fewer than 2^30"; });
 
     BinaryTree<T> tree;
-    tree.references = make_references(mesh, executor);
-    tree.dropped = mesh.count() - tree.references.size();
+    tree.references = make_references<Leaves>(set, executor);
+    tree.dropped = set.count() - tree.references.size();
     const std::uint32_t n = std::uint32_t(tree.references.size());
     if (n == 0) return tree;
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/bvh/builders.hpp>
+#include <lambent/bvh/leaves.hpp>
 #include <lambent/bvh/primitive.hpp>
 #include <lambent/bvh/reinsertion.hpp>
 #include <lambent/bvh/traverse.hpp>
@@ -9,6 +10,8 @@
 #include <lambent/core/ray.hpp>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
+#include <span>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -20,32 +23,35 @@ inline namespace LAMBENT_ABI {
 /// Watertight: between triangles with bit-equal shared vertices no ray slips through, whatever the compiler
 /// flags. A ray with a NaN or an infinity in its origin or direction, a NaN for a bound, or a direction of
 /// length zero hits nothing.
-template <class T>
+template <class T, class LeafKind = detail::StoredTriangles<T>>
 class BasicBvh {
 public:
     using Scalar = T;
+    using Leaves = LeafKind;
 
     /// An empty tree: nothing is hit.
     BasicBvh() = default;
 
     /// Builds on the calling thread.
     /// throws  lambent::Error on an option out of range, or on 2^30 or more triangles
-    template <PrimitiveSet Mesh>
-        requires std::same_as<typename Mesh::Scalar, T>
-    static BasicBvh build(const Mesh& mesh, const BuildOptions& options = {}) {
+    template <class Set>
+        requires Leaves::template holds<Set>
+    static BasicBvh build(const Set& set, const BuildOptions& options = {}) {
         SerialExecutor serial;
-        return build(mesh, options, serial);
+        return build(set, options, serial);
     }
 
     /// Builds on the executor's threads; the tree does not depend on their number.
     /// cost  O(n log n) time
-    template <PrimitiveSet Mesh, Executor E>
-        requires std::same_as<typename Mesh::Scalar, T>
-    static BasicBvh build(const Mesh& mesh, const BuildOptions& options, E& executor) {
-        detail::BinaryTree<T> binary = detail::build_binary(mesh, options, executor);
+    template <class Set, Executor E>
+        requires Leaves::template holds<Set>
+    static BasicBvh build(const Set& set, const BuildOptions& options, E& executor) {
+        detail::BinaryTree<T> binary = detail::build_binary<Leaves>(set, options, executor);
         if (options.quality == BuildQuality::balanced) detail::Reinsertion<T>::improve(binary, detail::max_depth);
         BasicBvh bvh;
-        bvh.tree_ = detail::Collapse<T>(binary, options).run(mesh);
+        bvh.leaves_ = Leaves(set);
+        bvh.tree_ = detail::Collapse<T>(binary, options).template run<typename Leaves::Block>(
+            [&](std::span<const std::uint32_t> primitives) { return Leaves::make_block(set, primitives); });
         return bvh;
     }
 
@@ -55,7 +61,7 @@ public:
     /// The nearest hit that `accept` takes.
     template <HitFilter<T> Accept>
     Hit<T> intersect(const Ray<T>& ray, const Accept& accept) const {
-        return detail::traverse<detail::Query::closest>(tree_, ray, accept);
+        return detail::traverse<detail::Query::closest>(tree_, leaves_, ray, accept);
     }
 
     /// Is there any hit with t_min <= t < t_max? True exactly where intersect() finds one.
@@ -64,7 +70,7 @@ public:
     /// Is there any hit that `accept` takes?
     template <HitFilter<T> Accept>
     bool occluded(const Ray<T>& ray, const Accept& accept) const {
-        return bool(detail::traverse<detail::Query::any>(tree_, ray, accept));
+        return bool(detail::traverse<detail::Query::any>(tree_, leaves_, ray, accept));
     }
 
     bool empty() const { return tree_.nodes.empty(); }
@@ -74,12 +80,13 @@ public:
     /// vertices that coincide.
     std::size_t dropped() const { return tree_.dropped; }
     /// Triangles in the tree.
-    std::size_t triangle_count() const { return tree_.triangles; }
+    std::size_t triangle_count() const { return tree_.primitives; }
     /// What the queries read: see statistics().
-    const detail::WideTree<T>& tree() const { return tree_; }
+    const detail::WideTree<T, typename Leaves::Block>& tree() const { return tree_; }
 
 private:
-    detail::WideTree<T> tree_;
+    detail::WideTree<T, typename Leaves::Block> tree_;
+    [[no_unique_address]] Leaves leaves_;
 };
 
 using Bvh = BasicBvh<float>;

@@ -18,10 +18,13 @@ inline namespace LAMBENT_ABI {
 /// Triangles that a tree can be built over, wherever they live: how many there are, and the three corners of
 /// one of them. Corners that neighbours share must come out with the same bits, or there is a crack.
 template <class P>
-concept PrimitiveSet = std::floating_point<typename P::Scalar> && requires(const P& set, std::size_t i) {
+concept TriangleSet = std::floating_point<typename P::Scalar> && requires(const P& set, std::size_t i) {
     { set.count() } -> std::convertible_to<std::size_t>;
     { set.vertices(i) } -> std::convertible_to<std::array<Vec3<typename P::Scalar>, 3>>;
 };
+
+template <class P, class T>
+concept TrianglesOf = TriangleSet<P> && std::same_as<typename P::Scalar, T>;
 
 namespace detail {
 template <class C> struct IsSpan : std::false_type {};
@@ -134,7 +137,7 @@ void triangles(Vertices&&, Faces&&, Projection&&...) = delete;
 
 /// Unit normal of a primitive's plane, on the side from which its vertices run counter-clockwise. A triangle
 /// without area has no plane: it gets some unit vector at right angles to its longest edge.
-template <PrimitiveSet Mesh>
+template <TriangleSet Mesh>
 auto geometric_normal(const Mesh& mesh, std::size_t primitive) {
     using T = typename Mesh::Scalar;
     const std::array<Vec3<T>, 3> p = mesh.vertices(primitive);

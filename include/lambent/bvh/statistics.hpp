@@ -1,6 +1,6 @@
 #pragma once
 #include <lambent/bvh/bvh.hpp>
-#include <bit>
+
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -26,18 +26,18 @@ struct BvhStatistics {
 };
 
 /// cost  a walk over the whole tree
-template <class T>
-BvhStatistics statistics(const BasicBvh<T>& bvh) {
+template <class T, class Leaves>
+BvhStatistics statistics(const BasicBvh<T, Leaves>& bvh) {
     using detail::Child;
-    const detail::WideTree<T>& tree = bvh.tree();
+    const auto& tree = bvh.tree();
     constexpr int width = node_width<T>;
     BvhStatistics s;
     s.nodes = tree.nodes.size();
     s.blocks = tree.blocks.size();
-    s.triangles = tree.triangles;
+    s.triangles = tree.primitives;
     s.dropped = tree.dropped;
     s.node_bytes = s.nodes * sizeof(detail::WideNode<T>);
-    s.block_bytes = s.blocks * sizeof(TriangleBlock<T>);
+    s.block_bytes = s.blocks * sizeof(typename Leaves::Block);
     if (bvh.empty()) return s;
 
     const double root_area = double(tree.bounds.half_area());
@@ -69,7 +69,7 @@ BvhStatistics statistics(const BasicBvh<T>& bvh) {
     }
     s.sah_cost = s.node_visits + s.block_tests;
     s.node_fill = double(children) / double(s.nodes * std::size_t(width));
-    s.block_fill = double(s.triangles) / double(s.blocks * std::size_t(TriangleBlock<T>::lanes));
+    s.block_fill = double(s.triangles) / double(s.blocks * std::size_t(detail::block_lanes));
     return s;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <lambent/bvh/leaves.hpp>
 #include <lambent/bvh/wide.hpp>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/ray.hpp>
@@ -10,21 +11,7 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// Takes every hit; costs nothing.
-struct AcceptAll {
-    template <class T> constexpr bool operator()(std::uint32_t, T, T, T) const { return true; }
-};
-
-/// A filter of hits: accept(primitive, u, v, t) is false where there is no surface after all (a leaf's cut-out).
-/// Called in no particular order, for hits nearer than the nearest so far.
-template <class A, class T>
-concept HitFilter = requires(const A& accept, std::uint32_t primitive, T x) {
-    { accept(primitive, x, x, x) } -> std::convertible_to<bool>;
-};
-
 namespace detail {
-
-enum class Query : std::uint8_t { closest, any };
 
 /// The 2^30 triangles at most of a tree lie at most 64 + 28 splits below its root (see BinnedBuilder; Reinsertion
 /// keeps to it), a wide node spans at least one split, and visiting one leaves at most width - 1 entries on the stack.
@@ -93,10 +80,13 @@ inline bool usable(const Ray<T>& ray) {
 }
 
 /// The one loop behind every query of a single ray. Returns the nearest hit, or for Query::any some hit.
-template <Query query, class T, class Accept>
-inline Hit<T> traverse(const WideTree<T>& tree, const Ray<T>& ray, const Accept& accept) {
+/// leaves  what lies in the leaves, and how a ray meets it: see leaves.hpp
+template <Query query, class T, class Leaves, class Accept>
+inline Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Ray<T>& ray,
+                       const Accept& accept) {
     constexpr int width = node_width<T>;
     using Lanes = Pack<T, width>;
+    using Block = typename Leaves::Block;
     struct Entry {
         T distance;
         std::uint32_t child;
@@ -105,7 +95,7 @@ inline Hit<T> traverse(const WideTree<T>& tree, const Ray<T>& ray, const Accept&
     Hit<T> hit;
     if (tree.nodes.empty() || !usable(ray)) return hit;
     const SlabRay<T> slabs(ray, tree.bounds);
-    const ShearedRay<T> sheared(ray);
+    const typename Leaves::Query prepared(ray);
     constexpr T slack = 4 * std::numeric_limits<T>::epsilon();
     const T start = ray.t_min * slabs.along;
     const Lanes from = start - std::abs(start) * slack;
@@ -114,11 +104,10 @@ inline Hit<T> traverse(const WideTree<T>& tree, const Ray<T>& ray, const Accept&
         return distance + std::abs(distance) * slack;
     };
     T limit = limit_of(ray.t_max); // hits beyond are of no interest
-    const Pack<T, 4> t_min = ray.t_min;
     hit.t = ray.t_max;
 
     const WideNode<T>* const nodes = tree.nodes.data();
-    const TriangleBlock<T>* const blocks = tree.blocks.data();
+    const Block* const blocks = tree.blocks.data();
     Entry stack[std::size_t(max_depth * (width - 1) + 1)];
     Entry* top = stack;
     std::uint32_t current = 0;
@@ -161,21 +150,11 @@ inline Hit<T> traverse(const WideTree<T>& tree, const Ray<T>& ray, const Accept&
             }
         }
         {
-            const TriangleBlock<T>* block = blocks + (current & Child::index_mask);
-            const TriangleBlock<T>* const last = block + ((current & Child::second_block_bit) != 0 ? 1 : 0);
-            for (; block <= last; ++block) {
-                const BlockHit<T> found = intersect(sheared, *block, t_min, Pack<T, 4>(hit.t));
-                for (unsigned lanes = bits(found.mask); lanes != 0; lanes &= lanes - 1) {
-                    const int lane = std::countr_zero(lanes);
-                    const T t = found.t[lane];
-                    if (!(t < hit.t)) continue; // an earlier lane is nearer
-                    const T u = found.u[lane], v = found.v[lane];
-                    const std::uint32_t primitive = block->primitive[lane];
-                    if (!accept(primitive, u, v, t)) continue;
-                    hit = {.t = t, .u = u, .v = v, .primitive = primitive};
-                    if constexpr (query == Query::any) return hit;
-                    limit = limit_of(t);
-                }
+            const Block* const first = blocks + (current & Child::index_mask);
+            const int count = (current & Child::second_block_bit) != 0 ? 2 : 1;
+            if (leaves.template meet<query>(prepared, first, count, accept, hit)) {
+                if constexpr (query == Query::any) return hit;
+                limit = limit_of(hit.t);
             }
         }
     next:

@@ -1,12 +1,12 @@
 #pragma once
 #include <lambent/bvh/builders.hpp>
-#include <lambent/bvh/triangle.hpp>
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/memory.hpp>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace lambent {
@@ -32,14 +32,17 @@ struct alignas(64) WideNode {
     std::uint32_t child[std::size_t(width)];
 };
 
-/// A tree as the traversal reads it; node 0 is the root. Without triangles it has neither nodes nor blocks.
-template <class T>
+/// A leaf is one or two blocks of four primitives each.
+inline constexpr int block_lanes = 4;
+
+/// A tree as the traversal reads it; node 0 is the root. Without primitives it has neither nodes nor blocks.
+template <class T, class Block>
 struct WideTree {
     LargeArray<WideNode<T>> nodes;
-    LargeArray<TriangleBlock<T>> blocks;
+    LargeArray<Block> blocks;
     Bounds3<T> bounds;
     std::size_t dropped = 0;
-    std::size_t triangles = 0;
+    std::size_t primitives = 0;
 };
 
 /// Makes wide nodes of a binary tree such that the expected cost of a ray is least, by dynamic programming
@@ -49,17 +52,18 @@ template <class T>
 class Collapse {
 public:
     static constexpr int width = node_width<T>;
-    static constexpr std::uint32_t max_leaf = 2 * TriangleBlock<T>::lanes;
+    static constexpr std::uint32_t max_leaf = 2 * block_lanes;
 
     Collapse(const BinaryTree<T>& tree, const BuildOptions& options)
         : tree_(tree), block_cost_(T(options.block_cost)), plans_(tree.nodes.size()),
           node_split_(tree.nodes.size()) {}
 
-    template <PrimitiveSet Mesh>
-    WideTree<T> run(const Mesh& mesh) {
-        WideTree<T> wide;
+    /// make_block(span of 1 to 4 primitives) -> Block
+    template <class Block, class MakeBlock>
+    WideTree<T, Block> run(const MakeBlock& make_block) {
+        WideTree<T, Block> wide;
         wide.dropped = tree_.dropped;
-        wide.triangles = tree_.references.size();
+        wide.primitives = tree_.references.size();
         if (tree_.nodes.empty()) return wide;
         for (int k = 0; k < 3; ++k) {
             wide.bounds.min[k] = tree_.nodes[0].box.lo[k];
@@ -68,7 +72,7 @@ public:
         for (std::size_t i = plans_.size(); i-- > 0;) plan(i); // children come after their parent
         wide.nodes.reserve(plans_.size() / 4 + 1);
         wide.blocks.reserve(plans_.size() / 2 + 1);
-        emit(wide, mesh);
+        emit(wide, make_block);
         return wide;
     }
 
@@ -138,8 +142,8 @@ private:
     }
 
     /// Depth first, so that a node's first child usually follows it in memory.
-    template <PrimitiveSet Mesh>
-    void emit(WideTree<T>& wide, const Mesh& mesh) const {
+    template <class Block, class MakeBlock>
+    void emit(WideTree<T, Block>& wide, const MakeBlock& make_block) const {
         struct Task {
             std::uint32_t binary, parent;
             int lane;
@@ -170,30 +174,23 @@ private:
         while (!stack.empty()) {
             const Task task = stack.back();
             stack.pop_back();
-            const std::uint32_t child = plans_[task.binary].leaf ? add_leaf(wide, mesh, tree_.nodes[task.binary])
+            const std::uint32_t child = plans_[task.binary].leaf ? add_leaf(wide, make_block, tree_.nodes[task.binary])
                                                                  : add_node(task.binary);
             wide.nodes[task.parent].child[task.lane] = child;
         }
     }
 
-    template <PrimitiveSet Mesh>
-    std::uint32_t add_leaf(WideTree<T>& wide, const Mesh& mesh, const BinaryNode<T>& node) const {
-        constexpr std::uint32_t lanes = TriangleBlock<T>::lanes;
+    template <class Block, class MakeBlock>
+    std::uint32_t add_leaf(WideTree<T, Block>& wide, const MakeBlock& make_block, const BinaryNode<T>& node) const {
         const std::uint32_t index = std::uint32_t(wide.blocks.size());
-        for (std::uint32_t first = 0; first < node.count; first += lanes) {
-            TriangleBlock<T>& block = wide.blocks.emplace_back();
-            for (std::uint32_t lane = 0; lane < lanes; ++lane) {
-                const bool used = first + lane < node.count;
-                const std::uint32_t primitive =
-                    tree_.references[node.first + (used ? first + lane : first)].primitive;
-                const std::array<Vec3<T>, 3> p = mesh.vertices(primitive);
-                for (std::size_t i = 0; i < 3; ++i)
-                    for (int axis = 0; axis < 3; ++axis)
-                        block.vertex[i][axis][lane] = p[used ? i : 0][axis]; // unused: three equal vertices
-                block.primitive[lane] = used ? primitive : 0xffffffffu;
-            }
+        for (std::uint32_t first = 0; first < node.count; first += block_lanes) {
+            std::uint32_t primitives[block_lanes];
+            const std::uint32_t count = std::min<std::uint32_t>(block_lanes, node.count - first);
+            for (std::uint32_t lane = 0; lane < count; ++lane)
+                primitives[lane] = tree_.references[node.first + first + lane].primitive;
+            wide.blocks.push_back(make_block(std::span<const std::uint32_t>(primitives, count)));
         }
-        return index | Child::leaf_bit | (node.count > lanes ? Child::second_block_bit : 0);
+        return index | Child::leaf_bit | (node.count > block_lanes ? Child::second_block_bit : 0);
     }
 
     const BinaryTree<T>& tree_;
