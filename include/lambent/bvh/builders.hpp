@@ -1,6 +1,8 @@
 #pragma once
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/error.hpp>
+#include <lambent/core/memory.hpp>
+#include <lambent/core/numerics.hpp>
 #include <lambent/core/parallel.hpp>
 #include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
@@ -32,40 +34,38 @@ struct BuildOptions {
 
 namespace detail {
 
-/// A box with room for a fourth, unused lane.
+/// A box with both ends in one register, the upper one negated: one min makes it grow. Lanes 3 and 7 are unused.
 template <class T>
 struct PackBox {
-    Pack<T, 4> lo = std::numeric_limits<T>::infinity();
-    Pack<T, 4> hi = -std::numeric_limits<T>::infinity();
+    Pack<T, 8> ends = std::numeric_limits<T>::infinity();
 
-    void add(const PackBox& b) {
-        lo = min(lo, b.lo);
-        hi = max(hi, b.hi);
-    }
+    void add(const PackBox& b) { ends = min(ends, b.ends); }
+    T lo(int axis) const { return ends[axis]; }
+    T hi(int axis) const { return -ends[4 + axis]; }
     T half_area() const {
-        const Pack<T, 4> d = hi - lo;
+        const Pack<T, 4> d = low_half(ends) + high_half(ends); // minus the size: signs cancel below
         return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
     }
 };
 
-/// What the builder moves about in place of a triangle.
+/// What the builder moves about in place of a triangle. The lane of the name holds no denormal number, with which
+/// arithmetic would be slow.
 template <class T>
-struct alignas(4 * sizeof(T)) Reference {
+struct alignas(8 * sizeof(T)) Reference {
+    using Bits = typename FloatBits<T>::Type;
+    static constexpr Bits tag = Bits(1) << (8 * sizeof(T) - 2);
     T lo[3];
-    std::uint32_t primitive;
-    T hi[3];
-    std::uint32_t unused = 0;
+    Bits name;
+    T minus_hi[3];
+    T unused = 0;
 
-    PackBox<T> box() const { return {part(0), part(1)}; }
-    /// Twice the centre; half of each, so that the sum is finite.
-    Pack<T, 4> center() const { return part(0) * Pack<T, 4>(T(0.5)) + part(1) * Pack<T, 4>(T(0.5)); }
-
-private:
-    Pack<T, 4> part(int i) const { // the fourth lane is whatever follows the three
-        Pack<T, 4> p;
-        std::memcpy(&p.v, reinterpret_cast<const unsigned char*>(this) + i * int(4 * sizeof(T)), 4 * sizeof(T));
-        p.set(3, 0);
-        return p;
+    void set_primitive(std::size_t i) { name = tag | Bits(i); }
+    std::uint32_t primitive() const { return std::uint32_t(name & ~tag); }
+    /// Lanes 3 and 7 hold whatever follows the three.
+    PackBox<T> box() const {
+        PackBox<T> b;
+        std::memcpy(&b.ends.v, this, sizeof(b.ends.v));
+        return b;
     }
 };
 
@@ -80,37 +80,38 @@ struct BinaryNode {
 
 template <class T>
 struct BinaryTree {
-    std::vector<BinaryNode<T>> nodes;
-    std::vector<Reference<T>> references;
+    LargeArray<BinaryNode<T>> nodes;
+    LargeArray<Reference<T>> references;
     std::size_t dropped = 0;
 };
 
 /// Leaves::bounds(set, i, box) is false for a primitive that is to be left out.
 template <class Leaves, class Set, class E>
-std::vector<Reference<typename Leaves::Scalar>> make_references(const Set& set, E& executor) {
+LargeArray<Reference<typename Leaves::Scalar>> make_references(const Set& set, E& executor) {
     using T = typename Leaves::Scalar;
     const std::size_t n = set.count();
-    std::vector<Reference<T>> references(n);
+    LargeArray<Reference<T>> references(n);
     executor.parallel_for(n, 1 << 14, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             Reference<T>& r = references[i];
             Bounds3<T> box;
             if (!Leaves::bounds(set, i, box)) {
-                r.primitive = no_primitive;
+                r.name = no_primitive;
                 continue;
             }
             for (int k = 0; k < 3; ++k) {
                 r.lo[k] = box.min[k];
-                r.hi[k] = box.max[k];
+                r.minus_hi[k] = -box.max[k];
             }
-            r.primitive = std::uint32_t(i);
+            r.set_primitive(i);
         }
     });
-    std::erase_if(references, [](const Reference<T>& r) { return r.primitive == no_primitive; });
+    std::erase_if(references, [](const Reference<T>& r) { return r.name == no_primitive; });
     return references;
 }
 
-/// Top-down splits by the surface-area heuristic over equally spaced bins of the centres.
+/// Top-down splits by the surface-area heuristic over equally spaced bins of the centres. References are moved
+/// from one of two buffers to the other at every split; those of leaves end up in the first.
 /// source  Wald, "On fast construction of SAH-based bounding volume hierarchies" (2007)
 template <class T>
 class BinnedBuilder {
@@ -118,135 +119,209 @@ public:
     static constexpr std::uint32_t leaf_size = 4;  ///< one block; the collapse joins leaves where that pays
     static constexpr int max_binned_depth = 64;    ///< below it ranges are halved: never deeper than 64 + 32
 
-    explicit BinnedBuilder(const BuildOptions& options) : bins_(options.bins) {}
+    /// A node still to be split, its box known. Its references lie in buffer[which][first, first + count).
+    struct Range {
+        PackBox<T> centers;
+        std::uint32_t node, first, count;
+        int depth, which;
+    };
 
-    /// Appends the tree over references [first, first + count) below `nodes[root]`, whose range is set.
-    void build(std::vector<BinaryNode<T>>& nodes, std::vector<Reference<T>>& references, std::uint32_t root,
-               int depth) {
-        struct Task {
-            std::uint32_t node;
-            int depth;
-        };
-        std::vector<Task> stack{{root, depth}};
+    /// Twice the centre, as a box. Beyond half of the largest number it is infinite: bins then hold too much.
+    static PackBox<T> center(const PackBox<T>& box) {
+        return {box.ends - join(high_half(box.ends), low_half(box.ends))};
+    }
+
+    BinnedBuilder(const BuildOptions& options, Reference<T>* references, Reference<T>* spare)
+        : bins_(options.bins), buffer_{references, spare} {}
+
+    /// Appends the tree below the range's node.
+    void build(LargeArray<BinaryNode<T>>& nodes, const Range& root) {
+        std::vector<Range> stack{root};
         while (!stack.empty()) {
-            const Task task = stack.back();
+            const Range range = stack.back();
             stack.pop_back();
-            if (!split(nodes, references, task.node, task.depth)) continue;
-            const std::uint32_t left = nodes[task.node].left;
-            stack.push_back({left + 1, task.depth + 1});
-            stack.push_back({left, task.depth + 1});
+            Range children[2];
+            if (!split(nodes, range, children)) continue;
+            stack.push_back(children[1]);
+            stack.push_back(children[0]);
         }
     }
 
-    /// Sets the node's box, and makes its two children unless it is a leaf.
-    bool split(std::vector<BinaryNode<T>>& nodes, std::vector<Reference<T>>& references, std::uint32_t index,
-               int depth) {
-        const std::uint32_t first = nodes[index].first, count = nodes[index].count;
-        Reference<T>* const begin = references.data() + first;
-        Reference<T>* const end = begin + count;
-        PackBox<T> box, centers;
-        for (const Reference<T>* r = begin; r != end; ++r) {
-            const Pack<T, 4> c = r->center();
-            box.add(r->box());
-            centers.add({c, c});
+    /// Makes the node's two children unless it is a leaf.
+    bool split(LargeArray<BinaryNode<T>>& nodes, const Range& range, Range* children) {
+        const std::uint32_t first = range.first, count = range.count;
+        Reference<T>* const from = buffer_[range.which] + first;
+        if (count <= leaf_size) {
+            if (range.which == 1) std::copy(from, from + count, buffer_[0] + first);
+            return false;
         }
-        nodes[index].box = box;
-        if (count <= leaf_size) return false;
-
-        Reference<T>* middle = depth < max_binned_depth ? partition_by_bins(begin, end, centers) : nullptr;
-        if (middle == nullptr) middle = halve(begin, end, centers);
+        Halves halves;
+        int which = range.which;
+        Plane plane;
+        if (range.depth < max_binned_depth) plane = find_plane(from, from + count, range.centers, halves);
+        if (plane.axis >= 0) {
+            which = 1 - which;
+            partition(from, from + count, buffer_[which] + first, plane, halves);
+        } else {
+            halve(from, from + count, range.centers, halves);
+        }
         const std::uint32_t left = std::uint32_t(nodes.size());
-        nodes[index].left = left;
-        const std::uint32_t left_count = std::uint32_t(middle - begin);
-        nodes.push_back({.box = {}, .first = first, .count = left_count, .left = 0});
-        nodes.push_back({.box = {}, .first = first + left_count, .count = count - left_count, .left = 0});
+        nodes[range.node].left = left;
+        const std::uint32_t counts[2] = {halves.left_count, count - halves.left_count};
+        for (std::uint32_t k = 0; k < 2; ++k) {
+            const std::uint32_t start = first + (k == 0 ? 0 : counts[0]);
+            nodes.push_back({.box = halves.box[k], .first = start, .count = counts[k], .left = 0});
+            children[k] = {halves.centers[k], left + k, start, counts[k], range.depth + 1, which};
+        }
         return true;
     }
 
 private:
     static constexpr int max_bins = 32;
+    using Lanes = Pack<T, 4>;
+    using Counts = Pack<std::int32_t, 4>;
 
+    struct Bin {
+        PackBox<T> box[3]; ///< by axis
+        Counts count = 0;
+    };
+
+    /// Which of the bins along each axis a centre is in. The same bits wherever it is compiled in: children's boxes
+    /// are put together from bins.
     struct Binning {
-        Pack<T, 4> origin, scale;
-        int last;
+        Lanes origin, scale;
 
-        int of(Pack<T, 4> center, int axis) const {
-            const T x = (center[axis] - origin[axis]) * scale[axis];
-            return x > 0 ? (x < T(last) ? int(x) : last) : 0; // NaN goes to 0
+        Lanes of(Lanes center) const { // before the fraction is cut off; NaN goes to 0
+            const Lanes offset = opaque(opaque(center) - origin);
+            return opaque(max(offset * scale, Lanes(T(0))));
         }
     };
 
-    /// Returns nullptr where no plane parts the centres.
-    Reference<T>* partition_by_bins(Reference<T>* begin, Reference<T>* end, const PackBox<T>& centers) {
-        const int bins = std::min(bins_, 4 + int((end - begin) / 4)); // few triangles need few bins
-        Binning binning{centers.lo, (T(bins) * T(0.9999)) / (centers.hi - centers.lo), bins - 1};
-        for (int axis = 0; axis < 3; ++axis)
-            if (!(centers.hi[axis] > centers.lo[axis]) || !is_finite(binning.scale[axis])) binning.scale.set(axis, 0);
-        for (int axis = 0; axis < 3; ++axis)
-            for (int i = 0; i < bins; ++i) {
-                boxes_[axis][i] = {};
-                counts_[axis][i] = 0;
+    /// What lies on one side of a plane along each axis.
+    struct Side {
+        PackBox<T> box[3];
+        Counts count = 0;
+
+        /// The cost with one more bin, by axis.
+        Lanes add(const Bin& bin) {
+            Lanes size[3] = {T(0), T(0), T(0)};
+            for (int axis = 0; axis < 3; ++axis) {
+                box[axis].add(bin.box[axis]);
+                const Lanes d = low_half(box[axis].ends) + high_half(box[axis].ends); // minus the size: signs cancel
+                for (int k = 0; k < 3; ++k) size[k].set(axis, d[k]);
             }
+            count += bin.count;
+            // Triangles are tested four at a time; between whole blocks a fraction still counts, for what splits
+            // further down can make of it.
+            const Lanes blocks = (convert<T>(count) + Lanes(T(3))) * Lanes(T(0.25));
+            return (size[0] * size[1] + (size[0] + size[1]) * size[2]) * blocks;
+        }
+    };
+
+    struct Plane {
+        Binning binning;
+        int axis = -1, bin; ///< bins up to and with this one go left; -1: no plane parts the centres
+    };
+
+    struct Halves {
+        PackBox<T> box[2], centers[2];
+        std::uint32_t left_count;
+    };
+
+    Plane find_plane(const Reference<T>* begin, const Reference<T>* end, const PackBox<T>& centers, Halves& halves) {
+        const int bins = std::min(bins_, 4 + int((end - begin) / 4)); // few triangles need few bins
+        const Lanes low = low_half(centers.ends), size = -(low + high_half(centers.ends));
+        Plane plane;
+        Binning& binning = plane.binning;
+        binning = {low, (T(bins) * T(0.9999)) / size};
+        for (int axis = 0; axis < 4; ++axis)
+            if (axis == 3 || !(size[axis] > 0) || !is_finite(binning.scale[axis])) binning.scale.set(axis, 0);
+        binning.origin.set(3, 0);
+        for (int i = 0; i < bins; ++i)
+            bin_[i] = {};
         for (const Reference<T>* r = begin; r != end; ++r) {
             const PackBox<T> box = r->box();
-            const Pack<T, 4> c = r->center();
+            const auto index = convert<std::int32_t>(binning.of(low_half(box.ends) - high_half(box.ends)));
             for (int axis = 0; axis < 3; ++axis) {
-                const int bin = binning.of(c, axis);
-                boxes_[axis][bin].add(box);
-                ++counts_[axis][bin];
+                Bin& bin = bin_[std::uint32_t(index[axis])];
+                bin.box[axis].add(box);
+                bin.count.v[axis] += 1;
             }
         }
-        int best_axis = -1, best_bin = 0;
-        T best_cost = std::numeric_limits<T>::infinity();
-        for (int axis = 0; axis < 3; ++axis) {
-            if (!(binning.scale[axis] > 0)) continue;
-            std::array<T, max_bins> right_cost;
-            PackBox<T> box;
-            std::uint32_t count = 0;
-            for (int i = bins - 1; i > 0; --i) {
-                box.add(boxes_[axis][i]);
-                count += counts_[axis][i];
-                right_cost[std::size_t(i)] = count == 0 ? 0 : box.half_area() * blocks(count);
-            }
-            box = {};
-            count = 0;
-            const std::uint32_t total = std::uint32_t(end - begin);
-            for (int i = 0; i + 1 < bins; ++i) {
-                box.add(boxes_[axis][i]);
-                count += counts_[axis][i];
-                if (count == 0 || count == total) continue;
-                const T cost = box.half_area() * blocks(count) + right_cost[std::size_t(i + 1)];
-                if (cost < best_cost) {
-                    best_cost = cost;
-                    best_axis = axis;
-                    best_bin = i;
-                }
-            }
+        Side side;
+        Lanes right_cost[max_bins]; // lanes are axes
+        for (int i = bins - 1; i > 0; --i) right_cost[i] = side.add(bin_[i]);
+        side = {};
+        Lanes best_cost = std::numeric_limits<T>::max(), best_bin = T(0); // a side without references costs infinity
+        for (int i = 0; i + 1 < bins; ++i) {
+            const Lanes cost = side.add(bin_[i]) + right_cost[i + 1];
+            best_bin = select(cost < best_cost, Lanes(T(i)), best_bin);
+            best_cost = min(cost, best_cost);
         }
-        if (best_axis < 0) return nullptr;
-        return std::partition(begin, end,
-                              [&](const Reference<T>& r) { return binning.of(r.center(), best_axis) <= best_bin; });
+        T best = std::numeric_limits<T>::max();
+        for (int axis = 0; axis < 3; ++axis)
+            if (best_cost[axis] < best) {
+                best = best_cost[axis];
+                plane.axis = axis;
+                plane.bin = int(best_bin[axis]);
+            }
+        if (plane.axis >= 0)
+            for (int i = 0; i < bins; ++i) halves.box[i <= plane.bin ? 0 : 1].add(bin_[i].box[plane.axis]);
+        return plane;
+    }
+
+    /// To `to`, left ones from the front and right ones from the back. Sides first, then moves: a load waits until
+    /// the addresses of all stores before it are known, so these must not hang on long computations.
+    static void partition(const Reference<T>* begin, const Reference<T>* end, Reference<T>* to, const Plane& plane,
+                          Halves& halves) {
+        constexpr int chunk = 64;
+        const PackBox<T> neutral[2] = {{Pack<T, 8>(T(0))}, {}}; // what is added to a centre for its side: 0 or infinity
+        Reference<T>* left = to;
+        Reference<T>* right = to + (end - begin) - 1;
+        const Lanes limit = T(plane.bin + 1);
+        PackBox<T> left_centers, right_centers;
+        while (begin != end) {
+            const int n = int(std::min<std::ptrdiff_t>(chunk, end - begin));
+            std::uint64_t sides = 0;
+            for (int i = 0; i < n; ++i) {
+                const Lanes bin = plane.binning.of(low_half(center(begin[i].box()).ends));
+                sides |= std::uint64_t((bits(bin < limit) >> plane.axis) & 1u) << i;
+            }
+            for (int i = 0; i < n; ++i, sides >>= 1) {
+                const std::size_t goes_left = sides & 1;
+                const PackBox<T> box = begin[i].box(), c = center(box);
+                std::memcpy(static_cast<void*>(goes_left != 0 ? left : right), &box.ends.v, sizeof(box.ends.v));
+                left_centers.add({c.ends + neutral[1 - goes_left].ends});
+                right_centers.add({c.ends + neutral[goes_left].ends});
+                left += goes_left;
+                right -= 1 - goes_left;
+            }
+            begin += n;
+        }
+        halves.centers[0] = left_centers;
+        halves.centers[1] = right_centers;
+        halves.left_count = std::uint32_t(left - to);
     }
 
     /// Equal halves along the widest axis: always succeeds, also on a million copies of one triangle.
-    static Reference<T>* halve(Reference<T>* begin, Reference<T>* end, const PackBox<T>& centers) {
-        const Pack<T, 4> d = centers.hi - centers.lo;
+    static void halve(Reference<T>* begin, Reference<T>* end, const PackBox<T>& centers, Halves& halves) {
+        const Lanes d = -(low_half(centers.ends) + high_half(centers.ends));
         const int axis = d[0] >= d[1] ? (d[0] >= d[2] ? 0 : 2) : (d[1] >= d[2] ? 1 : 2);
         Reference<T>* const middle = begin + (end - begin) / 2;
         std::nth_element(begin, middle, end, [axis](const Reference<T>& a, const Reference<T>& b) {
-            const T ca = a.center()[axis], cb = b.center()[axis];
-            return ca < cb || (ca == cb && a.primitive < b.primitive);
+            const T ca = center(a.box()).ends[axis], cb = center(b.box()).ends[axis];
+            return ca < cb || (ca == cb && a.name < b.name);
         });
-        return middle;
+        for (Reference<T>* r = begin; r != end; ++r) {
+            halves.box[r < middle ? 0 : 1].add(r->box());
+            halves.centers[r < middle ? 0 : 1].add(center(r->box()));
+        }
+        halves.left_count = std::uint32_t(middle - begin);
     }
 
-    /// Triangles are tested four at a time; between whole blocks a fraction still counts, for what splits
-    /// further down can make of it.
-    static T blocks(std::uint32_t count) { return T(count + 3) / 4; }
-
     int bins_;
-    PackBox<T> boxes_[3][max_bins];
-    std::uint32_t counts_[3][max_bins] = {};
+    Reference<T>* buffer_[2];
+    Bin bin_[max_bins];
 };
 
 /// Builds the upper part of the tree, then the parts below it side by side; which is which depends on the
@@ -266,35 +341,45 @@ BinaryTree<typename Leaves::Scalar> build_binary(const Set& set, const BuildOpti
     const std::uint32_t n = std::uint32_t(tree.references.size());
     if (n == 0) return tree;
 
+    using Builder = BinnedBuilder<T>;
     struct Part {
-        std::uint32_t node;
-        int depth;
-        std::vector<BinaryNode<T>> nodes; ///< nodes[0] stands for `node`
+        typename Builder::Range range;
+        LargeArray<BinaryNode<T>> nodes; ///< nodes[0] stands for the range's node
     };
+    LargeArray<Reference<T>> spare(n);
+    Builder builder(options, tree.references.data(), spare.data());
     const std::uint32_t part_size = std::max<std::uint32_t>(n / 32, 4096);
     std::vector<Part> parts;
-    std::vector<BinaryNode<T>>& nodes = tree.nodes;
+    LargeArray<BinaryNode<T>>& nodes = tree.nodes;
     nodes.reserve(n);
-    nodes.push_back({.box = {}, .first = 0, .count = n, .left = 0});
-    BinnedBuilder<T> builder(options);
-    std::vector<std::pair<std::uint32_t, int>> open{{0u, 0}};
+    typename Builder::Range root = {{}, 0, 0, n, 0, 0};
+    PackBox<T> box;
+    for (const Reference<T>& r : tree.references) {
+        box.add(r.box());
+        root.centers.add(Builder::center(r.box()));
+    }
+    nodes.push_back({.box = box, .first = 0, .count = n, .left = 0});
+    std::vector<typename Builder::Range> open{root};
     while (!open.empty()) {
-        const auto [node, depth] = open.back();
+        const typename Builder::Range range = open.back();
         open.pop_back();
-        if (nodes[node].count <= part_size) {
-            parts.push_back({node, depth, {}});
-        } else if (builder.split(nodes, tree.references, node, depth)) {
-            open.push_back({nodes[node].left + 1, depth + 1});
-            open.push_back({nodes[node].left, depth + 1});
+        typename Builder::Range children[2];
+        if (range.count <= part_size) {
+            parts.push_back({range, {}});
+        } else if (builder.split(nodes, range, children)) {
+            open.push_back(children[1]);
+            open.push_back(children[0]);
         }
     }
     executor.parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
-        BinnedBuilder<T> part_builder(options);
+        Builder part_builder(options, tree.references.data(), spare.data());
         for (std::size_t i = begin; i < end; ++i) {
             Part& part = parts[i];
-            part.nodes.reserve(nodes[part.node].count);
-            part.nodes.push_back(nodes[part.node]);
-            part_builder.build(part.nodes, tree.references, 0, part.depth);
+            part.nodes.reserve(part.range.count);
+            part.nodes.push_back(nodes[part.range.node]);
+            typename Builder::Range range = part.range;
+            range.node = 0;
+            part_builder.build(part.nodes, range);
         }
     });
     for (const Part& part : parts) {
@@ -303,7 +388,7 @@ BinaryTree<typename Leaves::Scalar> build_binary(const Set& set, const BuildOpti
             BinaryNode<T> node = part.nodes[i];
             if (node.left != 0) node.left += offset;
             if (i == 0) {
-                nodes[part.node] = node;
+                nodes[part.range.node] = node;
             } else {
                 nodes.push_back(node);
             }

@@ -66,8 +66,8 @@ public:
         wide.primitives = tree_.references.size();
         if (tree_.nodes.empty()) return wide;
         for (int k = 0; k < 3; ++k) {
-            wide.bounds.min[k] = tree_.nodes[0].box.lo[k];
-            wide.bounds.max[k] = tree_.nodes[0].box.hi[k];
+            wide.bounds.min[k] = tree_.nodes[0].box.lo(k);
+            wide.bounds.max[k] = tree_.nodes[0].box.hi(k);
         }
         for (std::size_t i = plans_.size(); i-- > 0;) plan(i); // children come after their parent
         wide.nodes.reserve(plans_.size() / 4 + 1);
@@ -162,8 +162,8 @@ private:
             for (int lane = 0; lane < width; ++lane) {
                 const PackBox<T> box = lane < count ? tree_.nodes[children[lane]].box : PackBox<T>{};
                 for (int axis = 0; axis < 3; ++axis) {
-                    node.plane[2 * axis][lane] = box.lo[axis];
-                    node.plane[2 * axis + 1][lane] = box.hi[axis];
+                    node.plane[2 * axis][lane] = box.lo(axis);
+                    node.plane[2 * axis + 1][lane] = box.hi(axis);
                 }
                 node.child[lane] = Child::leaf_bit;
             }
@@ -187,7 +187,7 @@ private:
             std::uint32_t primitives[block_lanes];
             const std::uint32_t count = std::min<std::uint32_t>(block_lanes, node.count - first);
             for (std::uint32_t lane = 0; lane < count; ++lane)
-                primitives[lane] = tree_.references[node.first + first + lane].primitive;
+                primitives[lane] = tree_.references[node.first + first + lane].primitive();
             wide.blocks.push_back(make_block(std::span<const std::uint32_t>(primitives, count)));
         }
         return index | Child::leaf_bit | (node.count > block_lanes ? Child::second_block_bit : 0);
@@ -195,7 +195,7 @@ private:
 
     const BinaryTree<T>& tree_;
     T block_cost_;
-    std::vector<Plan> plans_;
+    LargeArray<Plan> plans_;
     std::vector<std::uint8_t> node_split_; ///< how many of a node's own `width` children its left half makes
 };
 
