@@ -23,6 +23,8 @@ inline namespace LAMBENT_ABI {
 enum class BuildQuality : std::uint8_t {
     fast,     ///< binned splits
     balanced, ///< and then the largest subtrees moved to better places
+    best,     ///< and triangles that boxes fit badly cut at planes: they then lie in several leaves. For sets other
+              ///< than of triangles the same as balanced
 };
 
 /// How a tree is made. The defaults are what the benchmarks are run with.
@@ -83,6 +85,7 @@ struct BinaryTree {
     LargeArray<BinaryNode<T>> nodes;
     LargeArray<Reference<T>> references;
     std::size_t dropped = 0;
+    std::size_t duplicates = 0; ///< references to primitives that have another: of primitives cut at planes
 };
 
 /// Leaves::bounds(set, i, box) is false for a primitive that is to be left out.
@@ -110,29 +113,58 @@ LargeArray<Reference<typename Leaves::Scalar>> make_references(const Set& set, E
     return references;
 }
 
+/// A plane between bins of centres.
+template <class T>
+struct ObjectPlane {
+    Pack<T, 4> origin, scale; ///< of the bins
+    int axis = -1, bin = 0;   ///< bins up to and with this one go left; axis -1: no plane parts the centres
+    T cost = std::numeric_limits<T>::max();
+};
+
+/// The two sides of a split.
+template <class T>
+struct Halves {
+    PackBox<T> box[2], centers[2];
+    std::uint32_t count[2] = {};
+};
+
+/// Twice the centre, as a box. Beyond half of the largest number it is infinite: bins then hold too much.
+template <class T>
+inline PackBox<T> center(const PackBox<T>& box) {
+    return {box.ends - join(high_half(box.ends), low_half(box.ends))};
+}
+
+/// Triangles are tested four at a time; between whole blocks a fraction still counts, for what splits further down
+/// can make of it.
+template <class X>
+inline X blocks(X count) {
+    return (count + X(3)) * X(0.25f);
+}
+
+/// Every primitive stays whole. Another policy: SpatialSplits.
+struct NoSplits {
+    static constexpr bool possible = false;
+};
+
 /// Top-down splits by the surface-area heuristic over equally spaced bins of the centres. References are moved
 /// from one of two buffers to the other at every split; those of leaves end up in the first.
 /// source  Wald, "On fast construction of SAH-based bounding volume hierarchies" (2007)
-template <class T>
+template <class T, class Splits>
 class BinnedBuilder {
 public:
     static constexpr std::uint32_t leaf_size = 4;  ///< one block; the collapse joins leaves where that pays
-    static constexpr int max_binned_depth = 64;    ///< below it ranges are halved: never deeper than 64 + 32
+    static constexpr int max_binned_depth = 64;    ///< below it ranges are halved: never deeper than 64 + 28
 
-    /// A node still to be split, its box known. Its references lie in buffer[which][first, first + count).
+    /// A node still to be split, its box known. Its references lie in buffer[which][first, first + count), and those
+    /// that are made of them may lie in [low, high).
     struct Range {
         PackBox<T> centers;
-        std::uint32_t node, first, count;
+        std::uint32_t node, first, count, low, high;
         int depth, which;
     };
 
-    /// Twice the centre, as a box. Beyond half of the largest number it is infinite: bins then hold too much.
-    static PackBox<T> center(const PackBox<T>& box) {
-        return {box.ends - join(high_half(box.ends), low_half(box.ends))};
-    }
-
-    BinnedBuilder(const BuildOptions& options, Reference<T>* references, Reference<T>* spare)
-        : bins_(options.bins), buffer_{references, spare} {}
+    BinnedBuilder(const BuildOptions& options, Reference<T>* references, Reference<T>* spare, const Splits& splits)
+        : bins_(options.bins), buffer_{references, spare}, splits_(splits) {}
 
     /// Appends the tree below the range's node.
     void build(LargeArray<BinaryNode<T>>& nodes, const Range& root) {
@@ -149,29 +181,32 @@ public:
 
     /// Makes the node's two children unless it is a leaf.
     bool split(LargeArray<BinaryNode<T>>& nodes, const Range& range, Range* children) {
-        const std::uint32_t first = range.first, count = range.count;
-        Reference<T>* const from = buffer_[range.which] + first;
-        if (count <= leaf_size) {
-            if (range.which == 1) std::copy(from, from + count, buffer_[0] + first);
+        Reference<T>* const from = buffer_[range.which] + range.first;
+        Reference<T>* const end = from + range.count;
+        if (range.count <= leaf_size) {
+            if (range.which == 1) std::copy(from, end, buffer_[0] + range.first);
             return false;
         }
-        Halves halves;
-        int which = range.which;
-        Plane plane;
-        if (range.depth < max_binned_depth) plane = find_plane(from, from + count, range.centers, halves);
-        if (plane.axis >= 0) {
-            which = 1 - which;
-            partition(from, from + count, buffer_[which] + first, plane, halves);
+        Halves<T> halves;
+        const bool moved = range.depth < max_binned_depth && move(nodes[range.node].box, range, halves);
+        if (!moved) halve(from, end, range.centers, halves);
+        // Left ones lie at the low end of the other buffer's range and right ones at its high end; or all where they
+        // were. What is free is shared out by their numbers.
+        const int which = moved ? 1 - range.which : range.which;
+        const std::uint32_t* const count = halves.count;
+        std::uint32_t first[2] = {range.low, range.high - count[1]}, border = range.low + count[0];
+        if (moved) {
+            border += std::uint32_t(std::uint64_t(first[1] - border) * count[0] / (count[0] + count[1]));
         } else {
-            halve(from, from + count, range.centers, halves);
+            first[0] = range.first;
+            first[1] = border = range.first + count[0];
         }
-        const std::uint32_t left = std::uint32_t(nodes.size());
+        const std::uint32_t left = std::uint32_t(nodes.size()), limits[3] = {range.low, border, range.high};
         nodes[range.node].left = left;
-        const std::uint32_t counts[2] = {halves.left_count, count - halves.left_count};
         for (std::uint32_t k = 0; k < 2; ++k) {
-            const std::uint32_t start = first + (k == 0 ? 0 : counts[0]);
-            nodes.push_back({.box = halves.box[k], .first = start, .count = counts[k], .left = 0});
-            children[k] = {halves.centers[k], left + k, start, counts[k], range.depth + 1, which};
+            nodes.push_back({.box = halves.box[k], .first = first[k], .count = count[k], .left = 0});
+            children[k] = {halves.centers[k], left + k,       first[k], count[k], limits[k], limits[k + 1],
+                           range.depth + 1,   which};
         }
         return true;
     }
@@ -186,16 +221,26 @@ private:
         Counts count = 0;
     };
 
-    /// Which of the bins along each axis a centre is in. The same bits wherever it is compiled in: children's boxes
-    /// are put together from bins.
-    struct Binning {
-        Lanes origin, scale;
-
-        Lanes of(Lanes center) const { // before the fraction is cut off; NaN goes to 0
-            const Lanes offset = opaque(opaque(center) - origin);
-            return opaque(max(offset * scale, Lanes(T(0))));
+    /// To the other buffer, by the cheapest plane; false where there is none.
+    bool move(const PackBox<T>& box, const Range& range, Halves<T>& halves) {
+        const Reference<T>* const from = buffer_[range.which] + range.first;
+        const Reference<T>* const end = from + range.count;
+        Reference<T>* const to = buffer_[1 - range.which];
+        const ObjectPlane<T> plane = find_plane(from, end, range.centers, halves);
+        if constexpr (Splits::possible) {
+            if (splits_.split(from, end, to + range.low, to + range.high, box, plane.cost, halves)) return true;
         }
-    };
+        if (plane.axis < 0) return false;
+        partition(from, end, to + range.low, to + range.high, plane, halves);
+        return true;
+    }
+
+    /// Which of the bins along each axis a centre is in, before the fraction is cut off; 0 for NaN. The same bits
+    /// wherever it is compiled in: children's boxes are put together from bins.
+    static Lanes bin_of(Lanes center, const ObjectPlane<T>& plane) {
+        const Lanes offset = opaque(opaque(center) - plane.origin);
+        return opaque(max(offset * plane.scale, Lanes(T(0))));
+    }
 
     /// What lies on one side of a plane along each axis.
     struct Side {
@@ -211,37 +256,24 @@ private:
                 for (int k = 0; k < 3; ++k) size[k].set(axis, d[k]);
             }
             count += bin.count;
-            // Triangles are tested four at a time; between whole blocks a fraction still counts, for what splits
-            // further down can make of it.
-            const Lanes blocks = (convert<T>(count) + Lanes(T(3))) * Lanes(T(0.25));
-            return (size[0] * size[1] + (size[0] + size[1]) * size[2]) * blocks;
+            return (size[0] * size[1] + (size[0] + size[1]) * size[2]) * blocks(convert<T>(count));
         }
     };
 
-    struct Plane {
-        Binning binning;
-        int axis = -1, bin; ///< bins up to and with this one go left; -1: no plane parts the centres
-    };
-
-    struct Halves {
-        PackBox<T> box[2], centers[2];
-        std::uint32_t left_count;
-    };
-
-    Plane find_plane(const Reference<T>* begin, const Reference<T>* end, const PackBox<T>& centers, Halves& halves) {
+    /// Fills in the halves' boxes.
+    ObjectPlane<T> find_plane(const Reference<T>* begin, const Reference<T>* end, const PackBox<T>& centers,
+                              Halves<T>& halves) {
         const int bins = std::min(bins_, 4 + int((end - begin) / 4)); // few triangles need few bins
         const Lanes low = low_half(centers.ends), size = -(low + high_half(centers.ends));
-        Plane plane;
-        Binning& binning = plane.binning;
-        binning = {low, (T(bins) * T(0.9999)) / size};
+        ObjectPlane<T> plane{low, (T(bins) * T(0.9999)) / size};
         for (int axis = 0; axis < 4; ++axis)
-            if (axis == 3 || !(size[axis] > 0) || !is_finite(binning.scale[axis])) binning.scale.set(axis, 0);
-        binning.origin.set(3, 0);
+            if (axis == 3 || !(size[axis] > 0) || !is_finite(plane.scale[axis])) plane.scale.set(axis, 0);
+        plane.origin.set(3, 0);
         for (int i = 0; i < bins; ++i)
             bin_[i] = {};
         for (const Reference<T>* r = begin; r != end; ++r) {
             const PackBox<T> box = r->box();
-            const auto index = convert<std::int32_t>(binning.of(low_half(box.ends) - high_half(box.ends)));
+            const auto index = convert<std::int32_t>(bin_of(low_half(box.ends) - high_half(box.ends), plane));
             for (int axis = 0; axis < 3; ++axis) {
                 Bin& bin = bin_[std::uint32_t(index[axis])];
                 bin.box[axis].add(box);
@@ -258,10 +290,9 @@ private:
             best_bin = select(cost < best_cost, Lanes(T(i)), best_bin);
             best_cost = min(cost, best_cost);
         }
-        T best = std::numeric_limits<T>::max();
         for (int axis = 0; axis < 3; ++axis)
-            if (best_cost[axis] < best) {
-                best = best_cost[axis];
+            if (best_cost[axis] < plane.cost) {
+                plane.cost = best_cost[axis];
                 plane.axis = axis;
                 plane.bin = int(best_bin[axis]);
             }
@@ -272,19 +303,19 @@ private:
 
     /// To `to`, left ones from the front and right ones from the back. Sides first, then moves: a load waits until
     /// the addresses of all stores before it are known, so these must not hang on long computations.
-    static void partition(const Reference<T>* begin, const Reference<T>* end, Reference<T>* to, const Plane& plane,
-                          Halves& halves) {
+    static void partition(const Reference<T>* begin, const Reference<T>* end, Reference<T>* to, Reference<T>* to_end,
+                          const ObjectPlane<T>& plane, Halves<T>& halves) {
         constexpr int chunk = 64;
         const PackBox<T> neutral[2] = {{Pack<T, 8>(T(0))}, {}}; // what is added to a centre for its side: 0 or infinity
         Reference<T>* left = to;
-        Reference<T>* right = to + (end - begin) - 1;
+        Reference<T>* right = to_end - 1;
         const Lanes limit = T(plane.bin + 1);
         PackBox<T> left_centers, right_centers;
         while (begin != end) {
             const int n = int(std::min<std::ptrdiff_t>(chunk, end - begin));
             std::uint64_t sides = 0;
             for (int i = 0; i < n; ++i) {
-                const Lanes bin = plane.binning.of(low_half(center(begin[i].box()).ends));
+                const Lanes bin = bin_of(low_half(center(begin[i].box()).ends), plane);
                 sides |= std::uint64_t((bits(bin < limit) >> plane.axis) & 1u) << i;
             }
             for (int i = 0; i < n; ++i, sides >>= 1) {
@@ -300,11 +331,12 @@ private:
         }
         halves.centers[0] = left_centers;
         halves.centers[1] = right_centers;
-        halves.left_count = std::uint32_t(left - to);
+        halves.count[0] = std::uint32_t(left - to);
+        halves.count[1] = std::uint32_t(to_end - 1 - right);
     }
 
     /// Equal halves along the widest axis: always succeeds, also on a million copies of one triangle.
-    static void halve(Reference<T>* begin, Reference<T>* end, const PackBox<T>& centers, Halves& halves) {
+    static void halve(Reference<T>* begin, Reference<T>* end, const PackBox<T>& centers, Halves<T>& halves) {
         const Lanes d = -(low_half(centers.ends) + high_half(centers.ends));
         const int axis = d[0] >= d[1] ? (d[0] >= d[2] ? 0 : 2) : (d[1] >= d[2] ? 1 : 2);
         Reference<T>* const middle = begin + (end - begin) / 2;
@@ -312,22 +344,51 @@ private:
             const T ca = center(a.box()).ends[axis], cb = center(b.box()).ends[axis];
             return ca < cb || (ca == cb && a.name < b.name);
         });
+        halves = {};
         for (Reference<T>* r = begin; r != end; ++r) {
-            halves.box[r < middle ? 0 : 1].add(r->box());
-            halves.centers[r < middle ? 0 : 1].add(center(r->box()));
+            const int side = r < middle ? 0 : 1;
+            halves.box[side].add(r->box());
+            halves.centers[side].add(center(r->box()));
+            ++halves.count[side];
         }
-        halves.left_count = std::uint32_t(middle - begin);
     }
 
     int bins_;
     Reference<T>* buffer_[2];
+    Splits splits_;
     Bin bin_[max_bins];
 };
 
+/// Closes the gaps between the leaves' references. As children come after their parents, sums go up and places down.
+template <class T>
+void compact(BinaryTree<T>& tree, std::size_t primitives) {
+    for (std::size_t i = tree.nodes.size(); i-- > 0;) {
+        BinaryNode<T>& node = tree.nodes[i];
+        if (node.left != 0) node.count = tree.nodes[node.left].count + tree.nodes[node.left + 1].count;
+    }
+    LargeArray<Reference<T>> references(tree.nodes[0].count);
+    std::vector<std::uint32_t> place(tree.nodes.size(), 0);
+    for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
+        BinaryNode<T>& node = tree.nodes[i];
+        if (node.left == 0) {
+            const Reference<T>* const from = tree.references.data() + node.first;
+            std::copy(from, from + node.count, references.data() + place[i]);
+        } else {
+            place[node.left] = place[i];
+            place[node.left + 1] = place[i] + tree.nodes[node.left].count;
+        }
+        node.first = place[i];
+    }
+    tree.duplicates = references.size() - primitives;
+    tree.references = std::move(references);
+}
+
 /// Builds the upper part of the tree, then the parts below it side by side; which is which depends on the
 /// triangles alone, so the tree is the same for any number of threads.
-template <class Leaves, class Set, class E>
-BinaryTree<typename Leaves::Scalar> build_binary(const Set& set, const BuildOptions& options, E& executor) {
+/// make_splits(n, box) makes the policy for n references in a box
+template <class Leaves, class Set, class E, class MakeSplits>
+BinaryTree<typename Leaves::Scalar> build_binary(const Set& set, const BuildOptions& options, E& executor,
+                                                 const MakeSplits& make_splits) {
     using T = typename Leaves::Scalar;
     require(options.bins >= 2 && options.bins <= 32,
             [&] { return "BuildOptions: bins is " + std::to_string(options.bins) + ", not in [2, 32]"; });
@@ -341,29 +402,35 @@ BinaryTree<typename Leaves::Scalar> build_binary(const Set& set, const BuildOpti
     const std::uint32_t n = std::uint32_t(tree.references.size());
     if (n == 0) return tree;
 
-    using Builder = BinnedBuilder<T>;
-    struct Part {
-        typename Builder::Range range;
-        LargeArray<BinaryNode<T>> nodes; ///< nodes[0] stands for the range's node
-    };
-    LargeArray<Reference<T>> spare(n);
-    Builder builder(options, tree.references.data(), spare.data());
-    const std::uint32_t part_size = std::max<std::uint32_t>(n / 32, 4096);
-    std::vector<Part> parts;
-    LargeArray<BinaryNode<T>>& nodes = tree.nodes;
-    nodes.reserve(n);
-    typename Builder::Range root = {{}, 0, 0, n, 0, 0};
-    PackBox<T> box;
+    PackBox<T> box, centers;
     for (const Reference<T>& r : tree.references) {
         box.add(r.box());
-        root.centers.add(Builder::center(r.box()));
+        centers.add(center(r.box()));
     }
+    const auto splits = make_splits(box);
+    using Builder = BinnedBuilder<T, std::remove_cvref_t<decltype(splits)>>;
+    using Range = typename Builder::Range;
+    std::uint32_t room = n;
+    if constexpr (decltype(splits)::possible) room = splits.room(n);
+    tree.references.resize(room);
+    LargeArray<Reference<T>> spare(room);
+    LargeArray<BinaryNode<T>>& nodes = tree.nodes;
+    nodes.reserve(n);
     nodes.push_back({.box = box, .first = 0, .count = n, .left = 0});
-    std::vector<typename Builder::Range> open{root};
+
+    const auto make_builder = [&] { return Builder(options, tree.references.data(), spare.data(), splits); };
+    Builder builder = make_builder();
+    const std::uint32_t part_size = std::max<std::uint32_t>(n / 32, 4096);
+    struct Part {
+        Range range;
+        LargeArray<BinaryNode<T>> nodes; ///< nodes[0] stands for the range's node
+    };
+    std::vector<Part> parts;
+    std::vector<Range> open{{centers, 0, 0, n, 0, room, 0, 0}};
     while (!open.empty()) {
-        const typename Builder::Range range = open.back();
+        const Range range = open.back();
         open.pop_back();
-        typename Builder::Range children[2];
+        Range children[2];
         if (range.count <= part_size) {
             parts.push_back({range, {}});
         } else if (builder.split(nodes, range, children)) {
@@ -371,29 +438,33 @@ BinaryTree<typename Leaves::Scalar> build_binary(const Set& set, const BuildOpti
             open.push_back(children[0]);
         }
     }
-    executor.parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
-        Builder part_builder(options, tree.references.data(), spare.data());
-        for (std::size_t i = begin; i < end; ++i) {
-            Part& part = parts[i];
-            part.nodes.reserve(part.range.count);
-            part.nodes.push_back(nodes[part.range.node]);
-            typename Builder::Range range = part.range;
-            range.node = 0;
-            part_builder.build(part.nodes, range);
-        }
-    });
-    for (const Part& part : parts) {
-        const std::uint32_t offset = std::uint32_t(nodes.size()) - 1; // part node 1 goes to the next free place
-        for (std::size_t i = 0; i < part.nodes.size(); ++i) {
-            BinaryNode<T> node = part.nodes[i];
-            if (node.left != 0) node.left += offset;
-            if (i == 0) {
-                nodes[part.range.node] = node;
-            } else {
-                nodes.push_back(node);
+    if (executor.concurrency() == 1) {
+        for (const Part& part : parts) builder.build(nodes, part.range);
+    } else {
+        executor.parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+            Builder part_builder = make_builder();
+            for (std::size_t i = begin; i < end; ++i) {
+                Part& part = parts[i];
+                part.nodes.push_back(nodes[part.range.node]);
+                Range range = part.range;
+                range.node = 0;
+                part_builder.build(part.nodes, range);
+            }
+        });
+        for (const Part& part : parts) { // as if each had been appended in turn
+            const std::uint32_t offset = std::uint32_t(nodes.size()) - 1;
+            for (std::size_t i = 0; i < part.nodes.size(); ++i) {
+                BinaryNode<T> node = part.nodes[i];
+                if (node.left != 0) node.left += offset;
+                if (i == 0) {
+                    nodes[part.range.node] = node;
+                } else {
+                    nodes.push_back(node);
+                }
             }
         }
     }
+    if constexpr (decltype(splits)::possible) compact(tree, n);
     return tree;
 }
 

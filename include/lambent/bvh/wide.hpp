@@ -2,6 +2,7 @@
 #include <lambent/bvh/builders.hpp>
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/memory.hpp>
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -43,6 +44,7 @@ struct WideTree {
     Bounds3<T> bounds;
     std::size_t dropped = 0;
     std::size_t primitives = 0;
+    std::size_t duplicates = 0; ///< places in leaves beyond one for each primitive; 0: no primitive is met twice
 };
 
 /// Makes wide nodes of a binary tree such that the expected cost of a ray is least, by dynamic programming
@@ -63,7 +65,7 @@ public:
     WideTree<T, Block> run(const MakeBlock& make_block) {
         WideTree<T, Block> wide;
         wide.dropped = tree_.dropped;
-        wide.primitives = tree_.references.size();
+        wide.primitives = tree_.references.size() - tree_.duplicates;
         if (tree_.nodes.empty()) return wide;
         for (int k = 0; k < 3; ++k) {
             wide.bounds.min[k] = tree_.nodes[0].box.lo(k);
@@ -73,6 +75,7 @@ public:
         wide.nodes.reserve(plans_.size() / 4 + 1);
         wide.blocks.reserve(plans_.size() / 2 + 1);
         emit(wide, make_block);
+        wide.duplicates -= wide.primitives;
         return wide;
     }
 
@@ -89,8 +92,9 @@ private:
         const BinaryNode<T>& node = tree_.nodes[index];
         Plan& plan = plans_[index];
         const T area = node.box.half_area();
-        const T as_leaf = node.count <= max_leaf ? area * block_cost_ * T((node.count + 3) / 4)
-                                                 : std::numeric_limits<T>::infinity();
+        std::uint32_t primitives[max_leaf];
+        const std::uint32_t count = tree_.duplicates == 0 ? node.count : distinct(node, primitives);
+        const T as_leaf = count <= max_leaf ? area * block_cost_ * T((count + 3) / 4) : std::numeric_limits<T>::infinity();
         if (node.left == 0) {
             plan.leaf = true;
             for (int k = 0; k < width; ++k) {
@@ -118,7 +122,7 @@ private:
         }
         as_node += area;
         node_split_[index] = plan.give[width - 1];
-        plan.leaf = node.count <= max_leaf && as_leaf <= as_node;
+        plan.leaf = count <= max_leaf && as_leaf <= as_node;
         plan.cost[0] = plan.leaf ? as_leaf : as_node;
         plan.give[0] = 0;
         for (int k = 1; k < width; ++k)
@@ -183,14 +187,27 @@ private:
     template <class Block, class MakeBlock>
     std::uint32_t add_leaf(WideTree<T, Block>& wide, const MakeBlock& make_block, const BinaryNode<T>& node) const {
         const std::uint32_t index = std::uint32_t(wide.blocks.size());
-        for (std::uint32_t first = 0; first < node.count; first += block_lanes) {
-            std::uint32_t primitives[block_lanes];
-            const std::uint32_t count = std::min<std::uint32_t>(block_lanes, node.count - first);
-            for (std::uint32_t lane = 0; lane < count; ++lane)
-                primitives[lane] = tree_.references[node.first + first + lane].primitive();
-            wide.blocks.push_back(make_block(std::span<const std::uint32_t>(primitives, count)));
+        std::uint32_t primitives[max_leaf];
+        const std::uint32_t count = distinct(node, primitives);
+        for (std::uint32_t first = 0; first < count; first += block_lanes)
+            wide.blocks.push_back(make_block(std::span<const std::uint32_t>(
+                primitives + first, std::min<std::uint32_t>(block_lanes, count - first))));
+        wide.duplicates += count;
+        return index | Child::leaf_bit | (count > block_lanes ? Child::second_block_bit : 0);
+    }
+
+    /// The node's primitives, each once; returns their number, or more than max_leaf where they are too many.
+    std::uint32_t distinct(const BinaryNode<T>& node, std::uint32_t* primitives) const {
+        if (node.count > (tree_.duplicates == 0 ? max_leaf : 2 * max_leaf)) return max_leaf + 1;
+        std::uint32_t count = 0;
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+            const std::uint32_t primitive = tree_.references[i].primitive();
+            if (tree_.duplicates != 0 && std::find(primitives, primitives + count, primitive) != primitives + count)
+                continue;
+            if (count == max_leaf) return max_leaf + 1;
+            primitives[count++] = primitive;
         }
-        return index | Child::leaf_bit | (node.count > block_lanes ? Child::second_block_bit : 0);
+        return count;
     }
 
     const BinaryTree<T>& tree_;
