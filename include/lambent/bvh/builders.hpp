@@ -36,24 +36,71 @@ struct BuildOptions {
 
 namespace detail {
 
-/// A box with both ends in one register, the upper one negated: one min makes it grow. Lanes 3 and 7 are unused.
+/// A box by its low end and its negated high end: a min makes both grow. In one register, where they are that wide.
+/// Lanes 3 and 7 are unused.
 template <class T>
 struct PackBox {
-    Pack<T, 8> ends = std::numeric_limits<T>::infinity();
+    static constexpr int width = native_width<T> >= 8 ? 8 : 4, parts = 8 / width;
+    using Lanes = Pack<T, 4>;
+    Pack<T, width> part[std::size_t(parts)];
 
-    void add(const PackBox& b) { ends = min(ends, b.ends); }
-    T lo(int axis) const { return ends[axis]; }
-    T hi(int axis) const { return -ends[4 + axis]; }
+    PackBox() : PackBox(std::numeric_limits<T>::infinity()) {}
+    explicit PackBox(T x) {
+        for (auto& p : part) p = x;
+    }
+    PackBox(Lanes low, Lanes minus_high) {
+        if constexpr (parts == 1) {
+            part[0] = join(low, minus_high);
+        } else {
+            part[0] = low;
+            part[1] = minus_high;
+        }
+    }
+    static PackBox load(const void* from) {
+        PackBox b;
+        std::memcpy(static_cast<void*>(&b.part), from, sizeof(b.part));
+        return b;
+    }
+    void store(void* to) const { std::memcpy(to, static_cast<const void*>(&part), sizeof(part)); }
+
+    Lanes low() const {
+        if constexpr (parts == 1) return low_half(part[0]);
+        else return part[0];
+    }
+    Lanes minus_high() const {
+        if constexpr (parts == 1) return high_half(part[0]);
+        else return part[1];
+    }
+    T lo(int axis) const { return low()[axis]; }
+    T hi(int axis) const { return -minus_high()[axis]; }
+
+    void add(const PackBox& b) {
+        for (int i = 0; i < parts; ++i) part[i] = min(part[i], b.part[i]);
+    }
+    void intersect(const PackBox& b) {
+        for (int i = 0; i < parts; ++i) part[i] = max(part[i], b.part[i]);
+    }
+    friend PackBox operator+(PackBox a, const PackBox& b) {
+        for (int i = 0; i < parts; ++i) a.part[i] += b.part[i];
+        return a;
+    }
+    Lanes minus_size() const { return low() + minus_high(); }
+    bool empty() const { return (bits(minus_size() > Lanes(T(0))) & 7u) != 0; }
     T half_area() const {
-        const Pack<T, 4> d = low_half(ends) + high_half(ends); // minus the size: signs cancel below
+        const Lanes d = minus_size(); // the signs cancel
         return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+    }
+    /// Twice the centre, as a box. Beyond half of the largest number it is infinite: bins then hold too much.
+    PackBox center() const {
+        const Lanes c = low() - minus_high();
+        return {c, -c};
     }
 };
 
 /// What the builder moves about in place of a triangle. The lane of the name holds no denormal number, with which
 /// arithmetic would be slow.
 template <class T>
-struct alignas(8 * sizeof(T)) Reference {
+struct alignas(16) Reference {
     using Bits = typename FloatBits<T>::Type;
     static constexpr Bits tag = Bits(1) << (8 * sizeof(T) - 2);
     T lo[3];
@@ -63,12 +110,7 @@ struct alignas(8 * sizeof(T)) Reference {
 
     void set_primitive(std::size_t i) { name = tag | Bits(i); }
     std::uint32_t primitive() const { return std::uint32_t(name & ~tag); }
-    /// Lanes 3 and 7 hold whatever follows the three.
-    PackBox<T> box() const {
-        PackBox<T> b;
-        std::memcpy(&b.ends.v, this, sizeof(b.ends.v));
-        return b;
-    }
+    PackBox<T> box() const { return PackBox<T>::load(this); }
 };
 
 /// A node of the binary tree from which the wide one is made. Its triangles are references [first, first +
@@ -127,12 +169,6 @@ struct Halves {
     PackBox<T> box[2], centers[2];
     std::uint32_t count[2] = {};
 };
-
-/// Twice the centre, as a box. Beyond half of the largest number it is infinite: bins then hold too much.
-template <class T>
-inline PackBox<T> center(const PackBox<T>& box) {
-    return {box.ends - join(high_half(box.ends), low_half(box.ends))};
-}
 
 /// Triangles are tested four at a time; between whole blocks a fraction still counts, for what splits further down
 /// can make of it.
@@ -252,7 +288,7 @@ private:
             Lanes size[3] = {T(0), T(0), T(0)};
             for (int axis = 0; axis < 3; ++axis) {
                 box[axis].add(bin.box[axis]);
-                const Lanes d = low_half(box[axis].ends) + high_half(box[axis].ends); // minus the size: signs cancel
+                const Lanes d = box[axis].minus_size(); // the signs cancel
                 for (int k = 0; k < 3; ++k) size[k].set(axis, d[k]);
             }
             count += bin.count;
@@ -264,7 +300,7 @@ private:
     ObjectPlane<T> find_plane(const Reference<T>* begin, const Reference<T>* end, const PackBox<T>& centers,
                               Halves<T>& halves) {
         const int bins = std::min(bins_, 4 + int((end - begin) / 4)); // few triangles need few bins
-        const Lanes low = low_half(centers.ends), size = -(low + high_half(centers.ends));
+        const Lanes low = centers.low(), size = -centers.minus_size();
         ObjectPlane<T> plane{low, (T(bins) * T(0.9999)) / size};
         for (int axis = 0; axis < 4; ++axis)
             if (axis == 3 || !(size[axis] > 0) || !is_finite(plane.scale[axis])) plane.scale.set(axis, 0);
@@ -273,7 +309,7 @@ private:
             bin_[i] = {};
         for (const Reference<T>* r = begin; r != end; ++r) {
             const PackBox<T> box = r->box();
-            const auto index = convert<std::int32_t>(bin_of(low_half(box.ends) - high_half(box.ends), plane));
+            const auto index = convert<std::int32_t>(bin_of(box.center().low(), plane));
             for (int axis = 0; axis < 3; ++axis) {
                 Bin& bin = bin_[std::uint32_t(index[axis])];
                 bin.box[axis].add(box);
@@ -306,7 +342,7 @@ private:
     static void partition(const Reference<T>* begin, const Reference<T>* end, Reference<T>* to, Reference<T>* to_end,
                           const ObjectPlane<T>& plane, Halves<T>& halves) {
         constexpr int chunk = 64;
-        const PackBox<T> neutral[2] = {{Pack<T, 8>(T(0))}, {}}; // what is added to a centre for its side: 0 or infinity
+        const PackBox<T> neutral[2] = {PackBox<T>(T(0)), {}}; // what is added to a centre for its side: 0 or infinity
         Reference<T>* left = to;
         Reference<T>* right = to_end - 1;
         const Lanes limit = T(plane.bin + 1);
@@ -315,15 +351,15 @@ private:
             const int n = int(std::min<std::ptrdiff_t>(chunk, end - begin));
             std::uint64_t sides = 0;
             for (int i = 0; i < n; ++i) {
-                const Lanes bin = bin_of(low_half(center(begin[i].box()).ends), plane);
+                const Lanes bin = bin_of(begin[i].box().center().low(), plane);
                 sides |= std::uint64_t((bits(bin < limit) >> plane.axis) & 1u) << i;
             }
             for (int i = 0; i < n; ++i, sides >>= 1) {
                 const std::size_t goes_left = sides & 1;
-                const PackBox<T> box = begin[i].box(), c = center(box);
-                std::memcpy(static_cast<void*>(goes_left != 0 ? left : right), &box.ends.v, sizeof(box.ends.v));
-                left_centers.add({c.ends + neutral[1 - goes_left].ends});
-                right_centers.add({c.ends + neutral[goes_left].ends});
+                const PackBox<T> box = begin[i].box(), c = box.center();
+                box.store(goes_left != 0 ? left : right);
+                left_centers.add(c + neutral[1 - goes_left]);
+                right_centers.add(c + neutral[goes_left]);
                 left += goes_left;
                 right -= 1 - goes_left;
             }
@@ -337,18 +373,18 @@ private:
 
     /// Equal halves along the widest axis: always succeeds, also on a million copies of one triangle.
     static void halve(Reference<T>* begin, Reference<T>* end, const PackBox<T>& centers, Halves<T>& halves) {
-        const Lanes d = -(low_half(centers.ends) + high_half(centers.ends));
+        const Lanes d = -centers.minus_size();
         const int axis = d[0] >= d[1] ? (d[0] >= d[2] ? 0 : 2) : (d[1] >= d[2] ? 1 : 2);
         Reference<T>* const middle = begin + (end - begin) / 2;
         std::nth_element(begin, middle, end, [axis](const Reference<T>& a, const Reference<T>& b) {
-            const T ca = center(a.box()).ends[axis], cb = center(b.box()).ends[axis];
+            const T ca = a.box().center().lo(axis), cb = b.box().center().lo(axis);
             return ca < cb || (ca == cb && a.name < b.name);
         });
         halves = {};
         for (Reference<T>* r = begin; r != end; ++r) {
             const int side = r < middle ? 0 : 1;
             halves.box[side].add(r->box());
-            halves.centers[side].add(center(r->box()));
+            halves.centers[side].add(r->box().center());
             ++halves.count[side];
         }
     }
@@ -405,7 +441,7 @@ BinaryTree<typename Leaves::Scalar> build_binary(const Set& set, const BuildOpti
     PackBox<T> box, centers;
     for (const Reference<T>& r : tree.references) {
         box.add(r.box());
-        centers.add(center(r.box()));
+        centers.add(r.box().center());
     }
     const auto splits = make_splits(box);
     using Builder = BinnedBuilder<T, std::remove_cvref_t<decltype(splits)>>;

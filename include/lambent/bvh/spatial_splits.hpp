@@ -7,7 +7,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -44,9 +43,10 @@ public:
         const std::uint32_t count = std::uint32_t(end - begin);
         if (count < least_count || to_end - to == end - begin) return false;
         if (cost < std::numeric_limits<T>::max()) {
-            const PackBox<T> overlap = intersection(halves.box[0], halves.box[1]);
+            PackBox<T> overlap = halves.box[0];
+            overlap.intersect(halves.box[1]);
             const T least = std::max(scene_area_ * least_of_scene, box.half_area() * least_of_node);
-            if (empty(overlap) || !(overlap.half_area() > least)) return false;
+            if (overlap.empty() || !(overlap.half_area() > least)) return false;
         }
         const Plane plane = find_plane(begin, end, box);
         if (plane.axis < 0 || !(plane.cost < cost * least_gain) || plane.count[0] >= count || plane.count[1] >= count ||
@@ -93,10 +93,6 @@ private:
         std::uint32_t count[2] = {};
     };
 
-    static PackBox<T> intersection(const PackBox<T>& a, const PackBox<T>& b) { return {max(a.ends, b.ends)}; }
-    static bool empty(const PackBox<T>& box) {
-        return (bits(low_half(box.ends) + high_half(box.ends) > Lanes(T(0))) & 7u) != 0;
-    }
     static PackBox<T> united(PackBox<T> a, const PackBox<T>& b) {
         a.add(b);
         return a;
@@ -107,7 +103,7 @@ private:
         return p;
     }
 
-    static PackBox<T> point(Lanes p) { return {join(p, -p)}; }
+    static PackBox<T> point(Lanes p) { return {p, -p}; }
 
     Corners corners(const Reference<T>& r) const {
         const std::array<Vec3<T>, 3> p = set_->vertices(r.primitive());
@@ -134,12 +130,12 @@ private:
         constexpr T eps = std::numeric_limits<T>::epsilon();
         const Lanes low = min(p[0], min(p[1], p[2])), high = max(p[0], max(p[1], p[2]));
         const Lanes margin = (high - low) * Lanes(8 * eps) + max(-low, high) * Lanes(2 * eps);
-        crossings.ends -= join(margin, margin);
+        crossings = crossings + PackBox<T>(-margin, -margin);
         for (int side = 0; side < 2; ++side) {
             parts[side].add(crossings);
-            parts[side] = intersection(parts[side], box);
+            parts[side].intersect(box);
         }
-        if (empty(parts[0]) && empty(parts[1])) parts[0] = box;
+        if (parts[0].empty() && parts[1].empty()) parts[0] = box;
     }
 
     /// Adds to the bins from `first` to `last` along an axis what of `box` and its triangle lies in each; roughly:
@@ -167,8 +163,8 @@ private:
             }
         }
         for (int k = first; k <= last; ++k) {
-            part[k] = intersection(part[k], box);
-            if (!empty(part[k])) bin_[axis][k].box.add(part[k]);
+            part[k].intersect(box);
+            if (!part[k].empty()) bin_[axis][k].box.add(part[k]);
         }
     }
 
@@ -176,8 +172,8 @@ private:
         const int bins = std::min(max_bins, 4 + int((end - begin) / 4));
         Plane best;
         Binning& binning = best.binning;
-        binning.origin = low_half(box.ends);
-        const Lanes extent = -(low_half(box.ends) + high_half(box.ends));
+        binning.origin = box.low();
+        const Lanes extent = -box.minus_size();
         binning.size = extent * Lanes(T(1) / T(bins));
         binning.scale = Lanes(T(bins)) / extent;
         binning.last = T(bins - 1);
@@ -188,8 +184,8 @@ private:
             for (int i = 0; i < bins; ++i) bin_[axis][i] = {};
         for (const Reference<T>* r = begin; r != end; ++r) {
             const PackBox<T> whole = r->box();
-            const auto first = convert<std::int32_t>(binning.of(low_half(whole.ends))),
-                       last = convert<std::int32_t>(binning.of(-high_half(whole.ends)));
+            const auto first = convert<std::int32_t>(binning.of(whole.low())),
+                       last = convert<std::int32_t>(binning.of(-whole.minus_high()));
             Corners p{};
             bool known = false;
             for (int axis = 0; axis < 3; ++axis) {
@@ -240,14 +236,13 @@ private:
                 const Plane& plane, Halves<T>& halves) const {
         Reference<T>* left = to;
         Reference<T>* right = to_end;
-        const auto put = [&](Reference<T> r, const PackBox<T>& box, int side) {
-            const auto name = r.name;
-            std::memcpy(static_cast<void*>(&r), &box.ends.v, sizeof(box.ends.v));
-            r.name = name;
-            r.unused = 0;
-            *(side == 0 ? left++ : --right) = r;
+        const auto put = [&](const Reference<T>& r, const PackBox<T>& box, int side) {
+            Reference<T>& place = side == 0 ? *left++ : *--right;
+            box.store(&place);
+            place.name = r.name;
+            place.unused = 0;
             halves.box[side].add(box);
-            halves.centers[side].add(center(box));
+            halves.centers[side].add(box.center());
         };
         PackBox<T> sides[2] = {plane.box[0], plane.box[1]};
         T count[2] = {T(plane.count[0]), T(plane.count[1])};
@@ -256,9 +251,9 @@ private:
         const Lanes limit = T(plane.bin + 1);
         for (const Reference<T>* r = begin; r != end; ++r) {
             const PackBox<T> box = r->box();
-            if ((bits(plane.binning.of(-high_half(box.ends)) < limit) & axis_bit) != 0) {
+            if ((bits(plane.binning.of(-box.minus_high()) < limit) & axis_bit) != 0) {
                 put(*r, box, 0);
-            } else if ((bits(plane.binning.of(low_half(box.ends)) < limit) & axis_bit) == 0) {
+            } else if ((bits(plane.binning.of(box.low()) < limit) & axis_bit) == 0) {
                 put(*r, box, 1);
             } else {
                 PackBox<T> parts[2];
@@ -267,11 +262,11 @@ private:
                 const T both = area[0] * blocks(count[0]) + area[1] * blocks(count[1]);
                 const T only_left = united(sides[0], box).half_area() * blocks(count[0]) + area[1] * blocks(count[1] - 1);
                 const T only_right = area[0] * blocks(count[0] - 1) + united(sides[1], box).half_area() * blocks(count[1]);
-                if (empty(parts[1]) || (only_left <= both && only_left <= only_right)) {
+                if (parts[1].empty() || (only_left <= both && only_left <= only_right)) {
                     sides[0].add(box);
                     count[1] -= 1;
                     put(*r, box, 0);
-                } else if (empty(parts[0]) || only_right <= both) {
+                } else if (parts[0].empty() || only_right <= both) {
                     sides[1].add(box);
                     count[0] -= 1;
                     put(*r, box, 1);
