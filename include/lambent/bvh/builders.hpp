@@ -19,7 +19,8 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// What a build is worth: in a building `balanced` took about a third longer than `fast`, and rays a tenth less.
+/// What a build is worth. In Sponza `balanced` took a third longer than `fast`, and rays visited a quarter fewer nodes;
+/// `best` took three times as long, and rays visited a tenth fewer nodes and a third fewer leaf blocks again.
 enum class BuildQuality : std::uint8_t {
     fast,     ///< binned splits
     balanced, ///< and then the largest subtrees moved to better places
@@ -189,7 +190,8 @@ template <class T, class Splits>
 class BinnedBuilder {
 public:
     static constexpr std::uint32_t leaf_size = 4;  ///< one block; the collapse joins leaves where that pays
-    static constexpr int max_binned_depth = 64;    ///< below it ranges are halved: never deeper than 64 + 28
+    /// Below it ranges are halved: never deeper than 64 + 28, as there are at most 2^30 references, cut ones included.
+    static constexpr int max_binned_depth = 64;
 
     /// A node still to be split, its box known. Its references lie in buffer[which][first, first + count), and those
     /// that are made of them may lie in [low, high).
