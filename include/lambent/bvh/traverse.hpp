@@ -6,7 +6,10 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <algorithm>
 #include <cstdint>
+#include <cstring>
+#include <limits>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -33,50 +36,64 @@ struct SlabRay {
     static constexpr int width = node_width<T>;
     using Lanes = Pack<T, width>;
     Lanes scale[3], near_shift[3], far_shift[3];
-    int near_plane[3]; ///< index into WideNode::plane; the far one is its neighbour
-    T along;           ///< t times this is a distance along the largest axis
+    std::uint32_t near_plane[3]; ///< byte offsets from the node
+    std::uint32_t far_plane[3];
+    T along; ///< t times this is a distance along the largest axis
 
     SlabRay(const Ray<T>& ray, const Bounds3<T>& bounds) {
-        constexpr T u = std::numeric_limits<T>::epsilon() / 2;
-        along = std::abs(ray.direction[largest_axis(ray.direction)]);
-        const Vec3<T> farthest =
-            glm::max(glm::abs(bounds.min - ray.origin), glm::abs(bounds.max - ray.origin));
-        const T reach = max_component(farthest);
+        using Four = Pack<T, 4>;
+        constexpr T u = std::numeric_limits<T>::epsilon() / 2, limit = T(1ull << 50);
+        const Four o = spread(ray.origin), d = spread(ray.direction);
+        const Four from_origin = max(abs(spread(bounds.min) - o), abs(spread(bounds.max) - o));
+        const T reach = std::max(from_origin[0], std::max(from_origin[1], from_origin[2]));
+        const Four size = abs(d);
+        along = std::max(size[0], std::max(size[1], size[2]));
+        const Four s = select(size * Four(limit) > Four(along), Four(along) / d, copysign(Four(limit), d));
+        const Four shift = -o * s;
+        const Four margin = multiply_add(Four(4 * u), abs(o), Four(24 * u * reach)) * abs(s);
+        const Four near = shift - margin, far = shift + margin;
+        const unsigned negative = bits(s < Four(T(0)));
         for (int k = 0; k < 3; ++k) {
-            const T d = ray.direction[k];
-            constexpr T limit = T(1ull << 50);
-            const T s = std::abs(d) * limit > along ? along / d : std::copysign(limit, d);
-            const T shift = -ray.origin[k] * s;
-            const T margin = (24 * u * reach + 4 * u * std::abs(ray.origin[k])) * std::abs(s);
-            scale[k] = s;
-            near_shift[k] = shift - margin;
-            far_shift[k] = shift + margin;
-            near_plane[k] = 2 * k + (s < 0 ? 1 : 0);
+            scale[k] = s[k];
+            near_shift[k] = near[k];
+            far_shift[k] = far[k];
+            constexpr std::uint32_t plane = sizeof(T) * std::uint32_t(width);
+            near_plane[k] = (2 * std::uint32_t(k) + (negative >> k & 1u)) * plane;
+            far_plane[k] = (2 * std::uint32_t(k) + (~negative >> k & 1u)) * plane;
         }
     }
 
     /// Which children the ray meets between `from` and `to`; where it enters each.
     Mask<T, width> meets(const WideNode<T>& node, Lanes from, Lanes to, Lanes& entry) const {
-        const auto at = [&](int plane, int k, const Lanes* shift) {
-            return multiply_add(Lanes::load(node.plane[plane]), scale[k], shift[k]);
+        const auto at = [&](const std::uint32_t* plane, int k, const Lanes* shift) {
+            const auto* const p = reinterpret_cast<const unsigned char*>(&node) + plane[k];
+            Lanes lanes;
+            std::memcpy(&lanes.v, p, sizeof(lanes.v));
+            return multiply_add(lanes, scale[k], shift[k]);
         };
-        entry = max(max(at(near_plane[0], 0, near_shift), at(near_plane[1], 1, near_shift)),
-                    max(at(near_plane[2], 2, near_shift), from));
-        const Lanes exit = min(min(at(near_plane[0] ^ 1, 0, far_shift), at(near_plane[1] ^ 1, 1, far_shift)),
-                               min(at(near_plane[2] ^ 1, 2, far_shift), to));
+        entry = max(max(at(near_plane, 0, near_shift), at(near_plane, 1, near_shift)),
+                    max(at(near_plane, 2, near_shift), from));
+        const Lanes exit = min(min(at(far_plane, 0, far_shift), at(far_plane, 1, far_shift)),
+                               min(at(far_plane, 2, far_shift), to));
         return entry <= exit;
     }
+
+private:
+    static Pack<T, 4> spread(const Vec3<T>& v) { return typename Pack<T, 4>::Vector{v.x, v.y, v.z, 0}; }
 };
 
 /// Finite, of a usable length, with bounds that are numbers; everything else hits nothing.
 template <class T>
-inline bool usable(const Ray<T>& ray) {
-    const auto is_nan = [](T x) {
-        using Bits = FloatBits<T>;
-        return (std::bit_cast<typename Bits::Type>(x) & ~Bits::sign) > Bits::exponent;
-    };
-    return is_finite(ray.origin) && is_finite(ray.direction) && !is_nan(ray.t_min) && !is_nan(ray.t_max) &&
-           max_component(glm::abs(ray.direction)) >= std::numeric_limits<T>::min();
+inline bool usable(const Ray<T>& ray, T along) {
+    using Bits = typename Mask<T, 8>::Vector;
+    using Lane = typename Mask<T, 8>::Lane;
+    constexpr Lane magnitude = std::numeric_limits<Lane>::max(), infinite = Lane(FloatBits<T>::exponent);
+    typename Pack<T, 8>::Vector all = {ray.origin.x,    ray.origin.y,    ray.origin.z, ray.t_min,
+                                       ray.direction.x, ray.direction.y, ray.direction.z, ray.t_max};
+    constexpr Lane f = infinite - 1;
+    const Bits most = {f, f, f, infinite, f, f, f, infinite};
+    const Mask<T, 8> wrong{(Bits(all) & magnitude) > most};
+    return bits(wrong) == 0 && along >= std::numeric_limits<T>::min();
 }
 
 /// The one loop behind every query of a single ray. Returns the nearest hit, or for Query::any some hit.
@@ -93,8 +110,9 @@ inline Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Le
     };
 
     Hit<T> hit;
-    if (tree.nodes.empty() || !usable(ray)) return hit;
+    if (tree.nodes.empty()) return hit;
     const SlabRay<T> slabs(ray, tree.bounds);
+    if (!usable(ray, slabs.along)) return hit;
     const typename Leaves::Query prepared(ray);
     constexpr T slack = 4 * std::numeric_limits<T>::epsilon();
     const T start = ray.t_min * slabs.along;

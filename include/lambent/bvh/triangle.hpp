@@ -1,6 +1,8 @@
 #pragma once
 #include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
+#include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -26,17 +28,22 @@ struct ShearedRay {
     Pack<T, 4> shear_x, shear_y;
     Pack<T, 4> inverse_z; ///< 1 / direction[kz]
 
-    explicit ShearedRay(const Ray<T>& ray)
-        : kz(largest_axis(ray.direction)) {
-        kx = kz == 2 ? 0 : kz + 1;
-        ky = kx == 2 ? 0 : kx + 1;
+    explicit ShearedRay(const Ray<T>& ray) {
+        using Four = Pack<T, 4>;
+        const Four size = abs(Four(typename Four::Vector{ray.direction.x, ray.direction.y, ray.direction.z, 0}));
+        const T largest = std::max(size[0], std::max(size[1], size[2]));
+        kz = std::countr_zero(bits(size >= Four(largest)) | 4u); // without branches: directions are hard to foresee
+        constexpr int next[4] = {1, 2, 0, 1};
+        kx = next[kz];
+        ky = next[kx];
         origin[0] = ray.origin[kx];
         origin[1] = ray.origin[ky];
         origin[2] = ray.origin[kz];
-        const T z = ray.direction[kz];
-        shear_x = ray.direction[kx] / z;
-        shear_y = ray.direction[ky] / z;
-        inverse_z = T(1) / z;
+        const Four quotients =
+            Four(typename Four::Vector{ray.direction[kx], ray.direction[ky], 1, 0}) / Four(ray.direction[kz]);
+        shear_x = quotients[0];
+        shear_y = quotients[1];
+        inverse_z = quotients[2];
     }
 };
 

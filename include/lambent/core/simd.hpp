@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 #if defined(__SSE2__)
 #include <immintrin.h>
@@ -176,6 +177,22 @@ inline Pack<T, N> max(Pack<T, N> a, Pack<T, N> b) {
     } else {
         return a.v > b.v ? a.v : b.v;
     }
+}
+
+/// Lane-wise magnitude, by the sign bit.
+template <class T, int N>
+inline Pack<T, N> abs(Pack<T, N> a) {
+    using Ints = typename Mask<T, N>::Vector;
+    constexpr typename Mask<T, N>::Lane rest = std::numeric_limits<typename Mask<T, N>::Lane>::max();
+    return typename Pack<T, N>::Vector(Ints(a.v) & rest);
+}
+
+/// Lane-wise |magnitude| with the sign of the other, zeros' signs included.
+template <class T, int N>
+inline Pack<T, N> copysign(Pack<T, N> magnitude, Pack<T, N> sign) {
+    using Ints = typename Mask<T, N>::Vector;
+    constexpr typename Mask<T, N>::Lane rest = std::numeric_limits<typename Mask<T, N>::Lane>::max();
+    return typename Pack<T, N>::Vector((Ints(magnitude.v) & rest) | (Ints(sign.v) & ~rest));
 }
 
 /// a·b + c with one rounding. Exact everywhere, but a function call a lane where the machine has no such
