@@ -40,7 +40,7 @@ struct SlabRay {
     std::uint32_t far_plane[3];
     T along; ///< t times this is a distance along the largest axis
 
-    SlabRay(const Ray<T>& ray, const Bounds3<T>& bounds) {
+    [[gnu::always_inline]] SlabRay(const Ray<T>& ray, const Bounds3<T>& bounds) {
         using Four = Pack<T, 4>;
         constexpr T u = std::numeric_limits<T>::epsilon() / 2, limit = T(1ull << 50);
         const Four o = spread(ray.origin), d = spread(ray.direction);
@@ -64,7 +64,7 @@ struct SlabRay {
     }
 
     /// Which children the ray meets between `from` and `to`; where it enters each.
-    Mask<T, width> meets(const WideNode<T>& node, Lanes from, Lanes to, Lanes& entry) const {
+    [[gnu::always_inline]] Mask<T, width> meets(const WideNode<T>& node, Lanes from, Lanes to, Lanes& entry) const {
         const auto at = [&](const std::uint32_t* plane, int k, const Lanes* shift) {
             const auto* const p = reinterpret_cast<const unsigned char*>(&node) + plane[k];
             Lanes lanes;
@@ -84,7 +84,7 @@ private:
 
 /// Finite, of a usable length, with bounds that are numbers; everything else hits nothing.
 template <class T>
-inline bool usable(const Ray<T>& ray, T along) {
+[[gnu::always_inline]] inline bool usable(const Ray<T>& ray, T along) {
     using Bits = typename Mask<T, 8>::Vector;
     using Lane = typename Mask<T, 8>::Lane;
     constexpr Lane magnitude = std::numeric_limits<Lane>::max(), infinite = Lane(FloatBits<T>::exponent);
@@ -96,75 +96,109 @@ inline bool usable(const Ray<T>& ray, T along) {
     return bits(wrong) == 0 && along >= std::numeric_limits<T>::min();
 }
 
+/// values[lane], but by a jump that the processor foresees: it then goes on with the next node before it knows the lane.
+template <int N>
+[[gnu::always_inline]] inline std::uint32_t foreseen(const std::uint32_t* values, int lane) {
+    std::uint32_t r;
+    switch (lane) {
+    case 0: r = values[0]; asm volatile("# 0" : "+r"(r)); return r;
+    case 1: r = values[1]; asm volatile("# 1" : "+r"(r)); return r;
+    case 2: r = values[2]; asm volatile("# 2" : "+r"(r)); return r;
+    case 3: r = values[3]; asm volatile("# 3" : "+r"(r)); return r;
+    case 4: r = values[4 % N]; asm volatile("# 4" : "+r"(r)); return r;
+    case 5: r = values[5 % N]; asm volatile("# 5" : "+r"(r)); return r;
+    case 6: r = values[6 % N]; asm volatile("# 6" : "+r"(r)); return r;
+    default: r = values[7 % N]; asm volatile("# 7" : "+r"(r)); return r;
+    }
+}
 /// The one loop behind every query of a single ray. Returns the nearest hit, or for Query::any some hit.
 /// leaves  what lies in the leaves, and how a ray meets it: see leaves.hpp
 template <Query query, class T, class Leaves, class Accept>
-inline Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Ray<T>& ray,
+[[gnu::noinline]] Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Ray<T>& ray,
                        const Accept& accept) {
     constexpr int width = node_width<T>;
     using Lanes = Pack<T, width>;
     using Block = typename Leaves::Block;
-    struct Entry {
-        T distance;
-        std::uint32_t child;
-    };
 
     Hit<T> hit;
     if (tree.nodes.empty()) return hit;
     const SlabRay<T> slabs(ray, tree.bounds);
     if (!usable(ray, slabs.along)) return hit;
-    const typename Leaves::Query prepared(ray);
-    constexpr T slack = 4 * std::numeric_limits<T>::epsilon();
+    typename Leaves::Query prepared(ray);
+    asm volatile("" : "+m"(prepared)); // registers are for boxes: leaves read it from memory
+    // Of the distances' rounding, and of their tags': these change less than `width` units in the last place.
+    constexpr T slack = T(2 * width + 4) * std::numeric_limits<T>::epsilon(), least = std::numeric_limits<T>::min();
     const T start = ray.t_min * slabs.along;
     const Lanes from = start - std::abs(start) * slack;
     const auto limit_of = [&](T t) {
         const T distance = t * slabs.along;
-        return distance + std::abs(distance) * slack;
+        return distance + (std::abs(distance) * slack + least);
     };
     T limit = limit_of(ray.t_max); // hits beyond are of no interest
     hit.t = ray.t_max;
 
     const WideNode<T>* const nodes = tree.nodes.data();
     const Block* const blocks = tree.blocks.data();
-    Entry stack[std::size_t(max_depth * (width - 1) + 1)];
-    Entry* top = stack;
+    constexpr std::size_t size = std::size_t(max_depth * (width - 1) + width);
+    alignas(64) T distances[query == Query::any ? 1 : size];
+    alignas(64) std::uint32_t children[size];
+    std::size_t top = 0;
     std::uint32_t current = 0;
+    const auto lane_of = [](T tagged) { return int(std::bit_cast<typename FloatBits<T>::Type>(tagged) & (width - 1)); };
+    [[maybe_unused]] const auto prefetch = [&](std::uint32_t child) {
+        const char* const p = (child & Child::leaf_bit) != 0 ? reinterpret_cast<const char*>(blocks + (child & Child::index_mask)) : reinterpret_cast<const char*>(nodes + child);
+        __builtin_prefetch(p);
+        __builtin_prefetch(p + 64);
+        __builtin_prefetch(p + 128);
+        __builtin_prefetch(p + 192);
+    };
+    const auto push = [&](T distance, std::uint32_t child) {
+        distances[top] = distance;
+        children[top++] = child;
+        prefetch(child);
+    };
     for (;;) {
         while ((current & Child::leaf_bit) == 0) {
             const WideNode<T>& node = nodes[current];
             Lanes entry;
-            unsigned met = bits(slabs.meets(node, from, limit, entry));
+            const Mask<T, width> mask = slabs.meets(node, from, limit, entry);
+            unsigned met = bits(mask);
             if (met == 0) goto next;
-            int lane = std::countr_zero(met);
-            met &= met - 1;
-            current = node.child[lane];
-            if (met == 0) continue;
             if constexpr (query == Query::any) {
-                do {
-                    lane = std::countr_zero(met);
-                    *top++ = {0, node.child[lane]};
-                    met &= met - 1;
-                } while (met != 0);
-            } else {
-                T distances[std::size_t(width)];
-                entry.store(distances);
-                Entry nearest{distances[lane], current};
-                lane = std::countr_zero(met);
+                int lane = std::countr_zero(met);
                 met &= met - 1;
-                Entry other{distances[lane], node.child[lane]};
-                if (other.distance < nearest.distance) std::swap(nearest, other);
-                Entry* const base = top;
-                *top++ = other;
-                while (met != 0) { // the stack stays sorted, the nearest on top
+                current = foreseen<width>(node.child, lane);
+                while (met != 0) {
                     lane = std::countr_zero(met);
+                    children[top++] = node.child[lane];
+                    prefetch(node.child[lane]);
                     met &= met - 1;
-                    other = {distances[lane], node.child[lane]};
-                    if (other.distance < nearest.distance) std::swap(nearest, other);
-                    Entry* place = top++;
-                    for (; place != base && place[-1].distance < other.distance; --place) *place = place[-1];
-                    *place = other;
                 }
-                current = nearest.child;
+            } else {
+                if ((met & (met - 1)) == 0) {
+                    current = foreseen<width>(node.child, std::countr_zero(met));
+                    continue;
+                }
+                const unsigned rest = met & (met - 1);
+                if ((rest & (rest - 1)) == 0) { // two: a branch on which is nearer, for it is often foreseen
+                    T keys[std::size_t(width)];
+                    entry.store(keys);
+                    const int a = std::countr_zero(met), b = std::countr_zero(rest);
+                    if (keys[a] < keys[b]) {
+                        push(keys[b], node.child[b]);
+                        current = foreseen<width>(node.child, a);
+                    } else {
+                        push(keys[a], node.child[a]);
+                        current = foreseen<width>(node.child, b);
+                    }
+                    continue;
+                }
+                const Lanes order = sorted_descending(select(mask, tagged(entry), Lanes(T(-0.0))));
+                order.store(distances + top);
+                look_up(order, node.child, children + top);
+                top += std::size_t(std::popcount(met)) - 1;
+                current = foreseen<width>(node.child, lane_of(distances[top]));
+                prefetch(children[top - 1]);
             }
         }
         {
@@ -177,13 +211,14 @@ inline Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Le
         }
     next:
         do {
-            if (top == stack) {
+            if (top == 0) {
                 if (!hit) hit.t = std::numeric_limits<T>::infinity();
                 return hit;
             }
             --top;
-        } while (query == Query::closest && top->distance > limit);
-        current = top->child;
+        } while (query == Query::closest && distances[top] > limit);
+        current = children[top];
+        if constexpr (query == Query::closest) prefetch(children[top - (top > 0)]);
     }
 }
 
