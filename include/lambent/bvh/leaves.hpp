@@ -56,6 +56,7 @@ struct StoredTriangles {
         ShearedRay<T> ray;
         T t_min;
 
+        Query() = default;
         [[gnu::always_inline]] explicit Query(const Ray<T>& r) : ray(r), t_min(r.t_min) {}
     };
 

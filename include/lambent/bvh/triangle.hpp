@@ -28,6 +28,7 @@ struct ShearedRay {
     T shear_x, shear_y;
     T inverse_z; ///< 1 / direction[kz]
 
+    ShearedRay() = default;
     [[gnu::always_inline]] explicit ShearedRay(const Ray<T>& ray) {
         using Four = Pack<T, 4>;
         const Four size = abs(Four(typename Four::Vector{ray.direction.x, ray.direction.y, ray.direction.z, 0}));
@@ -36,11 +37,12 @@ struct ShearedRay {
         constexpr int next[4] = {1, 2, 0, 1};
         kx = next[kz];
         ky = next[kx];
-        origin[0] = ray.origin[kx];
-        origin[1] = ray.origin[ky];
-        origin[2] = ray.origin[kz];
-        const Four quotients =
-            Four(typename Four::Vector{ray.direction[kx], ray.direction[ky], 1, 0}) / Four(ray.direction[kz]);
+        const T o[3] = {ray.origin.x, ray.origin.y, ray.origin.z}; // GLM's own [] is a switch
+        const T d[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
+        origin[0] = o[kx];
+        origin[1] = o[ky];
+        origin[2] = o[kz];
+        const Four quotients = Four(typename Four::Vector{d[kx], d[ky], 1, 0}) / Four(d[kz]);
         shear_x = quotients[0];
         shear_y = quotients[1];
         inverse_z = quotients[2];

@@ -37,6 +37,15 @@ inline constexpr int native_width =
     sizeof(T) == 4 ? 4 : 2;
 #endif
 
+/// Whether one instruction loads a value from memory into all lanes; elsewhere it pays to store them spread.
+template <class T>
+inline constexpr bool loads_spread =
+#if defined(__AVX__) || defined(__aarch64__)
+    true;
+#else
+    false;
+#endif
+
 namespace detail {
 template <class T, int N>
 struct VectorOf {
