@@ -26,62 +26,59 @@ public:
     /// ray_of(i) -> Ray<T> for i in [begin, end); report(i, hit), once for each, in no order
     template <class RayOf, class Report>
     [[gnu::noinline]] void run(std::size_t begin, std::size_t end, const RayOf& ray_of, const Report& report) {
-        std::uint8_t at_node[lanes], at_leaf[lanes];
+        Walk *at_node[lanes], *at_leaf[lanes];
         int node_count = 0, leaf_count = 0;
         std::size_t next = begin;
-        const auto start = [&](std::uint8_t id) {
+        const auto start = [&](Walk& walk) {
             while (next < end) {
                 const std::size_t i = next++;
-                const Ray<T> ray = ray_of(i);
-                if (!tree_.nodes.empty() && walks_[id].start(ray, tree_)) {
-                    walks_[id].ray = i;
-                    at_node[node_count++] = id;
+                const Ray<T>& ray = ray_of(i);
+                if (!tree_.nodes.empty() && walk.start(ray, tree_)) {
+                    walk.ray = i;
+                    at_node[node_count++] = &walk;
                     return;
                 }
                 report(i, Hit<T>());
             }
         };
-        const auto finish = [&](std::uint8_t id) {
-            Walk& walk = walks_[id];
+        const auto finish = [&](Walk& walk) {
             if (!walk.hit) walk.hit.t = std::numeric_limits<T>::infinity();
             report(walk.ray, walk.hit);
-            start(id);
+            start(walk);
         };
-        const auto advance = [&](std::uint8_t id) {
-            Walk& walk = walks_[id];
+        const auto advance = [&](Walk& walk) {
             do {
-                if (walk.top == 0) return finish(id);
+                if (walk.top == 0) return finish(walk);
                 --walk.top;
             } while (query == Query::closest && walk.distances[walk.top] > walk.limit);
             const std::uint32_t child = walk.children[walk.top];
             prefetch(child);
             walk.current = child;
             const bool leaf = (child & Child::leaf_bit) != 0;
-            at_node[node_count] = id;
+            at_node[node_count] = &walk;
             node_count += leaf ? 0 : 1;
-            at_leaf[leaf_count] = id;
+            at_leaf[leaf_count] = &walk;
             leaf_count += leaf ? 1 : 0;
         };
-        for (std::uint8_t id = 0; id < lanes; ++id) start(id);
+        for (Walk& walk : walks_) start(walk);
         while (node_count + leaf_count > 0) {
             for (int i = 0, n = std::exchange(node_count, 0); i < n; ++i) {
-                const std::uint8_t id = at_node[i];
-                walks_[id].enter(tree_.nodes[walks_[id].current]);
-                advance(id);
+                Walk& walk = *at_node[i];
+                walk.enter(tree_.nodes[walk.current]);
+                advance(walk);
             }
             for (int i = 0, n = std::exchange(leaf_count, 0); i < n; ++i) {
-                const std::uint8_t id = at_leaf[i];
-                Walk& walk = walks_[id];
+                Walk& walk = *at_leaf[i];
                 const auto* const blocks = tree_.blocks.data() + (walk.current & Child::index_mask);
                 const int count = (walk.current & Child::second_block_bit) != 0 ? 2 : 1;
                 if (leaves_.template meet<query>(walk.prepared, blocks, count, accept_, walk.hit)) {
                     if (query == Query::any) {
-                        finish(id);
+                        finish(walk);
                         continue;
                     }
                     walk.limit = walk.slabs.limit_of(walk.hit.t);
                 }
-                advance(id);
+                advance(walk);
             }
         }
     }

@@ -1,5 +1,5 @@
 #pragma once
-#include <lambent/bvh/batch.hpp>
+#include <lambent/bvh/packet.hpp>
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/leaves.hpp>
 #include <lambent/bvh/primitive.hpp>
@@ -82,8 +82,7 @@ public:
         require(hits.size() >= rays.size(), [&] {
             return "intersect: room for " + std::to_string(hits.size()) + " hits, but " + std::to_string(rays.size()) + " rays";
         });
-        detail::Interleaved<detail::Query::closest, T, Leaves, Accept> batch(tree_, leaves_, accept);
-        batch.run(0, rays.size(), [&](std::size_t i) { return rays[i]; },
+        detail::traverse_batch<detail::Query::closest, T>(tree_, leaves_, accept, rays.size(), [&](std::size_t i) -> const Ray<T>& { return rays[i]; },
                   [&](std::size_t i, const Hit<T>& hit) { hits[i] = hit; });
     }
 
@@ -93,8 +92,7 @@ public:
         require(occluded.size() >= rays.size(), [&] {
             return "occluded: room for " + std::to_string(occluded.size()) + " answers, but " + std::to_string(rays.size()) + " rays";
         });
-        detail::Interleaved<detail::Query::any, T, Leaves, Accept> batch(tree_, leaves_, accept);
-        batch.run(0, rays.size(), [&](std::size_t i) { return rays[i]; },
+        detail::traverse_batch<detail::Query::any, T>(tree_, leaves_, accept, rays.size(), [&](std::size_t i) -> const Ray<T>& { return rays[i]; },
                   [&](std::size_t i, const Hit<T>& hit) { occluded[i] = bool(hit); });
     }
 

@@ -61,6 +61,7 @@ struct StoredTriangles {
     };
 
     template <class Set> static constexpr bool holds = TrianglesOf<Set, T>;
+    static constexpr bool has_packets = true;
 
     StoredTriangles() = default;
     template <TriangleSet Mesh> explicit StoredTriangles(const Mesh&) {}
