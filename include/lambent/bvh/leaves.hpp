@@ -7,11 +7,14 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <utility>
 
 /// What lies in a tree's leaves, and how a ray meets it: one struct a kind, with
-///   Scalar, Block           a block holds up to four primitives; a leaf is one or two blocks
-///   Leaves(set)             made of the caller's primitives
+///   Scalar, Block           a block holds up to four primitives; a leaf is one or two blocks. A block's last
+///                           member is primitive[4]: the caller's indices, no_primitive beyond the last
+///   Leaves(), Leaves(set)   made of nothing, for the empty tree, and of the caller's primitives
 ///   holds<Set>              whether it can be made of such a set
 ///   bounds(set, i, box)     false: primitive i is left out
 ///   make_block(set, ids)    a block of one to four of them
@@ -45,6 +48,41 @@ template <class T>
 inline bool can_be_hit(const std::array<Vec3<T>, 3>& p) {
     return is_finite(p[0]) && is_finite(p[1]) && is_finite(p[2]) && p[0] != p[1] && p[1] != p[2] && p[2] != p[0];
 }
+
+/// The caller's primitives as a tree keeps them: copied, so they had better be a view. Assignable whatever the
+/// view is made of (a lambda that captures is not), and empty at first.
+template <class Set>
+class Kept {
+public:
+    Kept() = default;
+    explicit Kept(const Set& set) : set_(set) {}
+    Kept(const Kept&) = default;
+    Kept(Kept&&) = default;
+    Kept& operator=(const Kept& other) { return *this = Kept(other); }
+    Kept& operator=(Kept&& other) {
+        if (this == &other) return *this;
+        set_.reset();
+        if (other.set_) set_.emplace(std::move(*other.set_));
+        return *this;
+    }
+    const Set& operator*() const { return *set_; }
+    const Set* operator->() const { return &*set_; }
+
+private:
+    std::optional<Set> set_;
+};
+
+/// A block that holds nothing but indices of the caller's primitives.
+struct IndexBlock {
+    static constexpr int lanes = 4;
+    std::uint32_t primitive[lanes];
+
+    explicit IndexBlock(std::span<const std::uint32_t> primitives) {
+        for (std::size_t lane = 0; lane < lanes; ++lane)
+            primitive[lane] = lane < primitives.size() ? primitives[lane] : no_primitive;
+    }
+    IndexBlock() : IndexBlock(std::span<const std::uint32_t>()) {}
+};
 
 /// Triangles, their vertices copied into the leaves: nothing else is read.
 template <class T>
