@@ -4,7 +4,9 @@
 #include <lambent/bvh/bvh.hpp>
 #include <lambent/bvh/compact.hpp>
 #include <lambent/bvh/primitive.hpp>
+#include <lambent/bvh/primitive_leaves.hpp>
 #include <lambent/bvh/reinsertion.hpp>
+#include <lambent/bvh/sphere.hpp>
 #include <lambent/bvh/statistics.hpp>
 #include <lambent/bvh/traverse.hpp>
 #include <lambent/bvh/triangle.hpp>
