@@ -5,6 +5,7 @@
 #include <lambent/bvh/compact.hpp>
 #include <lambent/bvh/primitive.hpp>
 #include <lambent/bvh/primitive_leaves.hpp>
+#include <lambent/bvh/refit.hpp>
 #include <lambent/bvh/reinsertion.hpp>
 #include <lambent/bvh/sphere.hpp>
 #include <lambent/bvh/statistics.hpp>

@@ -35,17 +35,21 @@ public:
 
     static Block make_block(const Mesh&, std::span<const std::uint32_t> primitives) { return Block(primitives); }
 
+    static Bounds3<Scalar> refit(const Mesh& mesh, Block& block) { return block.template refit<CompactTriangles>(mesh); }
+
     /// The full layout's blocks, made on the spot, and its test: so the same bits.
     template <detail::Query query, class Accept>
     bool meet(const Query& q, const Block* block, int count, const Accept& accept, Hit<Scalar>& hit) const {
         typename Stored::Block fetched[2];
-        for (int i = 0; i < count; ++i) {
-            const std::uint32_t* const ids = block[i].primitive;
-            std::size_t used = 1;
-            while (used < Block::lanes && ids[used] != no_primitive) ++used;
-            fetched[i] = Stored::make_block(*mesh_, {ids, used});
+        int full = 0;
+        for (const Block* const end = block + count; block != end; ++block) {
+            std::uint32_t ids[Block::lanes];
+            std::size_t used = 0;
+            for (const std::uint32_t id : block->primitive)
+                if ((id & hidden_bit) == 0) ids[used++] = id;
+            if (used > 0) fetched[full++] = Stored::make_block(*mesh_, {ids, used});
         }
-        return Stored().template meet<query>(q, fetched, count, accept, hit);
+        return full > 0 && Stored().template meet<query>(q, fetched, full, accept, hit);
     }
 
 private:
@@ -56,7 +60,7 @@ private:
 
 /// A tree over triangles of which it keeps the indices alone, for a third of the memory of `Bvh` and some of its
 /// speed; every answer has the same bits. It keeps a copy of the mesh (a view, see triangles()) and reads the
-/// vertices when rays ask: the caller's containers must outlive the tree and stay as they are.
+/// vertices when rays ask: the caller's containers must outlive the tree, and when vertices move, refit() follows.
 ///     const auto mesh = triangles(vertices, faces);
 ///     const auto bvh = CompactBvh<decltype(mesh)>::build(mesh);
 template <class Mesh>

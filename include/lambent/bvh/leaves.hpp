@@ -13,11 +13,13 @@
 
 /// What lies in a tree's leaves, and how a ray meets it: one struct a kind, with
 ///   Scalar, Block           a block holds up to four primitives; a leaf is one or two blocks. A block's last
-///                           member is primitive[4]: the caller's indices, no_primitive beyond the last
+///                           member is primitive[4]: the caller's indices, no_primitive beyond the last; with
+///                           hidden_bit, that primitive cannot be hit as it is now (see refit)
 ///   Leaves(), Leaves(set)   made of nothing, for the empty tree, and of the caller's primitives
 ///   holds<Set>              whether it can be made of such a set
 ///   bounds(set, i, box)     false: primitive i is left out
 ///   make_block(set, ids)    a block of one to four of them
+///   refit(set, block)       renews a block whose primitives have moved; returns the box of those that can be hit
 ///   Query                   what a ray needs of its own in leaves of this kind; made once a ray
 ///   meet<query>(q, blocks, count, accept, hit)
 ///                           lowers `hit` to the nearest accepted hit in [t_min, hit.t); true if it did.
@@ -48,6 +50,9 @@ template <class T>
 inline bool can_be_hit(const std::array<Vec3<T>, 3>& p) {
     return is_finite(p[0]) && is_finite(p[1]) && is_finite(p[2]) && p[0] != p[1] && p[1] != p[2] && p[2] != p[0];
 }
+
+/// Set in a block's index where there is nothing to hit; no_primitive has it too.
+inline constexpr std::uint32_t hidden_bit = 0x80000000u;
 
 /// The caller's primitives as a tree keeps them: copied, so they had better be a view. Assignable whatever the
 /// view is made of (a lambda that captures is not), and empty at first.
@@ -82,6 +87,23 @@ struct IndexBlock {
             primitive[lane] = lane < primitives.size() ? primitives[lane] : no_primitive;
     }
     IndexBlock() : IndexBlock(std::span<const std::uint32_t>()) {}
+
+    /// Hides what Leaves::bounds() refuses; returns the box of the rest.
+    template <class Leaves, class Set>
+    Bounds3<typename Leaves::Scalar> refit(const Set& set) {
+        Bounds3<typename Leaves::Scalar> all;
+        for (std::uint32_t& id : primitive) {
+            if (id == no_primitive) continue;
+            Bounds3<typename Leaves::Scalar> box;
+            id &= ~hidden_bit;
+            if (Leaves::bounds(set, id, box)) {
+                all.add(box);
+            } else {
+                id |= hidden_bit;
+            }
+        }
+        return all;
+    }
 };
 
 /// Triangles, their vertices copied into the leaves: nothing else is read.
@@ -122,6 +144,23 @@ struct StoredTriangles {
             block.primitive[lane] = used ? primitives[lane] : no_primitive;
         }
         return block;
+    }
+
+    template <TriangleSet Mesh>
+    static Bounds3<T> refit(const Mesh& mesh, Block& block) {
+        Bounds3<T> all;
+        for (std::size_t lane = 0; lane < Block::lanes; ++lane) {
+            if (block.primitive[lane] == no_primitive) continue;
+            const std::uint32_t id = block.primitive[lane] & ~hidden_bit;
+            Bounds3<T> box;
+            const bool hidden = !bounds(mesh, id, box);
+            const std::array<Vec3<T>, 3> p = hidden ? std::array<Vec3<T>, 3>{} : mesh.vertices(id);
+            for (std::size_t i = 0; i < 3; ++i)
+                for (int axis = 0; axis < 3; ++axis) block.vertex[i][axis][lane] = p[i][axis];
+            block.primitive[lane] = hidden ? id | hidden_bit : id;
+            if (!hidden) all.add(box);
+        }
+        return all;
     }
 
     template <detail::Query query, class Accept>

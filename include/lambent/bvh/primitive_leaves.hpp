@@ -71,14 +71,17 @@ public:
 
     static Block make_block(const Set&, std::span<const std::uint32_t> primitives) { return Block(primitives); }
 
+    static Bounds3<Scalar> refit(const Set& set, Block& block) { return block.template refit<OwnPrimitives>(set); }
+
     template <detail::Query query, class Accept>
     bool meet(const Query& q, const Block* block, int count, const Accept& accept, Hit<Scalar>& hit) const {
         Ray<Scalar> ray = q.ray;
         bool nearer = false;
         for (const Block* const end = block + count; block != end; ++block)
-            for (int lane = 0; lane < Block::lanes && block->primitive[lane] != no_primitive; ++lane) {
+            for (const std::uint32_t primitive : block->primitive) {
+                if ((primitive & hidden_bit) != 0) continue;
                 ray.t_max = hit.t;
-                if (meet_one<query>(ray, block->primitive[lane], accept, hit)) {
+                if (meet_one<query>(ray, primitive, accept, hit)) {
                     if constexpr (query == detail::Query::any) return true;
                     nearer = true;
                 }
