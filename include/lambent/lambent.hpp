@@ -7,6 +7,7 @@
 #include <lambent/bvh/primitive_leaves.hpp>
 #include <lambent/bvh/refit.hpp>
 #include <lambent/bvh/reinsertion.hpp>
+#include <lambent/bvh/serialize.hpp>
 #include <lambent/bvh/sphere.hpp>
 #include <lambent/bvh/statistics.hpp>
 #include <lambent/bvh/traverse.hpp>

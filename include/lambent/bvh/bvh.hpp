@@ -18,6 +18,10 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
+namespace detail {
+template <class Tree> struct SavedTree; // see serialize.hpp
+}
+
 /// A bounding volume hierarchy over triangles, for rays of the same scalar type. Holds its own copy of the
 /// vertices, in the order in which rays meet them: queries do not look at the mesh again. Queries are const,
 /// never allocate, never throw, and may run on any number of threads.
@@ -104,15 +108,19 @@ public:
     /// Triangles left out, since no ray could hit them: with a NaN or an infinity in a vertex, or with two
     /// vertices that coincide.
     std::size_t dropped() const { return tree_.dropped; }
+    /// The caller's primitives, those left out included.
+    std::size_t source_count() const { return count_; }
     /// Triangles in the tree.
     std::size_t triangle_count() const { return tree_.primitives; }
     /// What the queries read: see statistics().
     const detail::WideTree<T, typename Leaves::Block>& tree() const { return tree_; }
 
 private:
+    friend struct detail::SavedTree<BasicBvh>;
+
     detail::WideTree<T, typename Leaves::Block> tree_;
     [[no_unique_address]] Leaves leaves_;
-    std::size_t count_ = 0; ///< the caller's primitives, those left out included
+    std::size_t count_ = 0;
 };
 
 using Bvh = BasicBvh<float>;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <type_traits>
 
 namespace lambent {
@@ -28,6 +29,8 @@ public:
 
     template <class Set> static constexpr bool holds = std::same_as<Set, Mesh>;
 
+    static constexpr std::string_view kind = "triangle";
+
     CompactTriangles() = default;
     explicit CompactTriangles(const Mesh& mesh) : mesh_(mesh) {}
 
@@ -35,6 +38,7 @@ public:
 
     static Block make_block(const Mesh&, std::span<const std::uint32_t> primitives) { return Block(primitives); }
 
+    static bool sound(const Block&) { return true; }
     static Bounds3<Scalar> refit(const Mesh& mesh, Block& block) { return block.template refit<CompactTriangles>(mesh); }
 
     /// The full layout's blocks, made on the spot, and its test: so the same bits.

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <utility>
 
 /// What lies in a tree's leaves, and how a ray meets it: one struct a kind, with
@@ -17,6 +18,8 @@
 ///                           hidden_bit, that primitive cannot be hit as it is now (see refit)
 ///   Leaves(), Leaves(set)   made of nothing, for the empty tree, and of the caller's primitives
 ///   holds<Set>              whether it can be made of such a set
+///   kind                    at most eight letters: the meaning of a block's bytes, for saved trees
+///   sound(block)            whether a block read from somewhere can be asked, indices aside
 ///   bounds(set, i, box)     false: primitive i is left out
 ///   make_block(set, ids)    a block of one to four of them
 ///   refit(set, block)       renews a block whose primitives have moved; returns the box of those that can be hit
@@ -77,7 +80,7 @@ private:
     std::optional<Set> set_;
 };
 
-/// A block that holds nothing but indices of the caller's primitives.
+/// A block that holds nothing but indices of the caller's primitives: for kinds of leaves that ask those.
 struct IndexBlock {
     static constexpr int lanes = 4;
     std::uint32_t primitive[lanes];
@@ -120,6 +123,7 @@ struct StoredTriangles {
     };
 
     template <class Set> static constexpr bool holds = TrianglesOf<Set, T>;
+    static constexpr std::string_view kind = "corners";
 
     StoredTriangles() = default;
     template <TriangleSet Mesh> explicit StoredTriangles(const Mesh&) {}
@@ -144,6 +148,18 @@ struct StoredTriangles {
             block.primitive[lane] = used ? primitives[lane] : no_primitive;
         }
         return block;
+    }
+
+    static bool sound(const Block& block) {
+        for (std::size_t lane = 0; lane < Block::lanes; ++lane) {
+            const bool hidden = (block.primitive[lane] & hidden_bit) != 0;
+            for (std::size_t i = 0; i < 3; ++i)
+                for (int axis = 0; axis < 3; ++axis) {
+                    const T x = block.vertex[i][axis][lane];
+                    if (!is_finite(x) || (hidden && x != block.vertex[0][axis][lane])) return false;
+                }
+        }
+        return true;
     }
 
     template <TriangleSet Mesh>

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <type_traits>
 
 namespace lambent {
@@ -61,6 +62,8 @@ public:
 
     template <class S> static constexpr bool holds = std::same_as<S, Set>;
 
+    static constexpr std::string_view kind = "own";
+
     OwnPrimitives() = default;
     explicit OwnPrimitives(const Set& set) : set_(set) {}
 
@@ -71,6 +74,7 @@ public:
 
     static Block make_block(const Set&, std::span<const std::uint32_t> primitives) { return Block(primitives); }
 
+    static bool sound(const Block&) { return true; }
     static Bounds3<Scalar> refit(const Set& set, Block& block) { return block.template refit<OwnPrimitives>(set); }
 
     template <detail::Query query, class Accept>
