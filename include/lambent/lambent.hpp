@@ -2,8 +2,13 @@
 /// All of lambent but io/, whose headers need the libraries of their file formats.
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/bvh.hpp>
+#include <lambent/bvh/compact.hpp>
 #include <lambent/bvh/primitive.hpp>
+#include <lambent/bvh/primitive_leaves.hpp>
+#include <lambent/bvh/refit.hpp>
 #include <lambent/bvh/reinsertion.hpp>
+#include <lambent/bvh/serialize.hpp>
+#include <lambent/bvh/sphere.hpp>
 #include <lambent/bvh/statistics.hpp>
 #include <lambent/bvh/traverse.hpp>
 #include <lambent/bvh/triangle.hpp>

@@ -7,14 +7,22 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string_view>
+#include <utility>
 
 /// What lies in a tree's leaves, and how a ray meets it: one struct a kind, with
-///   Scalar, Block           a block holds up to four primitives; a leaf is one or two blocks
-///   Leaves(set)             made of the caller's primitives
+///   Scalar, Block           a block holds up to four primitives; a leaf is one or two blocks. A block's last
+///                           member is primitive[4]: the caller's indices, no_primitive beyond the last; with
+///                           hidden_bit, that primitive cannot be hit as it is now (see refit)
+///   Leaves(), Leaves(set)   made of nothing, for the empty tree, and of the caller's primitives
 ///   holds<Set>              whether it can be made of such a set
+///   kind                    at most eight letters: the meaning of a block's bytes, for saved trees
+///   sound(block)            whether a block read from somewhere can be asked, indices aside
 ///   bounds(set, i, box)     false: primitive i is left out
 ///   make_block(set, ids)    a block of one to four of them
+///   refit(set, block)       renews a block whose primitives have moved; returns the box of those that can be hit
 ///   Query                   what a ray needs of its own in leaves of this kind; made once a ray
 ///   meet<query>(q, blocks, count, accept, hit)
 ///                           lowers `hit` to the nearest accepted hit in [t_min, hit.t); true if it did.
@@ -46,6 +54,61 @@ inline bool can_be_hit(const std::array<Vec3<T>, 3>& p) {
     return is_finite(p[0]) && is_finite(p[1]) && is_finite(p[2]) && p[0] != p[1] && p[1] != p[2] && p[2] != p[0];
 }
 
+/// Set in a block's index where there is nothing to hit; no_primitive has it too.
+inline constexpr std::uint32_t hidden_bit = 0x80000000u;
+
+/// The caller's primitives as a tree keeps them: copied, so they had better be a view. Assignable whatever the
+/// view is made of (a lambda that captures is not), and empty at first.
+template <class Set>
+class Kept {
+public:
+    Kept() = default;
+    explicit Kept(const Set& set) : set_(set) {}
+    Kept(const Kept&) = default;
+    Kept(Kept&&) = default;
+    Kept& operator=(const Kept& other) { return *this = Kept(other); }
+    Kept& operator=(Kept&& other) {
+        if (this == &other) return *this;
+        set_.reset();
+        if (other.set_) set_.emplace(std::move(*other.set_));
+        return *this;
+    }
+    const Set& operator*() const { return *set_; }
+    const Set* operator->() const { return &*set_; }
+
+private:
+    std::optional<Set> set_;
+};
+
+/// A block that holds nothing but indices of the caller's primitives: for kinds of leaves that ask those.
+struct IndexBlock {
+    static constexpr int lanes = 4;
+    std::uint32_t primitive[lanes];
+
+    explicit IndexBlock(std::span<const std::uint32_t> primitives) {
+        for (std::size_t lane = 0; lane < lanes; ++lane)
+            primitive[lane] = lane < primitives.size() ? primitives[lane] : no_primitive;
+    }
+    IndexBlock() : IndexBlock(std::span<const std::uint32_t>()) {}
+
+    /// Hides what Leaves::bounds() refuses; returns the box of the rest.
+    template <class Leaves, class Set>
+    Bounds3<typename Leaves::Scalar> refit(const Set& set) {
+        Bounds3<typename Leaves::Scalar> all;
+        for (std::uint32_t& id : primitive) {
+            if (id == no_primitive) continue;
+            Bounds3<typename Leaves::Scalar> box;
+            id &= ~hidden_bit;
+            if (Leaves::bounds(set, id, box)) {
+                all.add(box);
+            } else {
+                id |= hidden_bit;
+            }
+        }
+        return all;
+    }
+};
+
 /// Triangles, their vertices copied into the leaves: nothing else is read.
 template <class T>
 struct StoredTriangles {
@@ -61,6 +124,7 @@ struct StoredTriangles {
     };
 
     template <class Set> static constexpr bool holds = TrianglesOf<Set, T>;
+    static constexpr std::string_view kind = "corners";
     static constexpr bool has_packets = true;
 
     StoredTriangles() = default;
@@ -86,6 +150,35 @@ struct StoredTriangles {
             block.primitive[lane] = used ? primitives[lane] : no_primitive;
         }
         return block;
+    }
+
+    static bool sound(const Block& block) {
+        for (std::size_t lane = 0; lane < Block::lanes; ++lane) {
+            const bool hidden = (block.primitive[lane] & hidden_bit) != 0;
+            for (std::size_t i = 0; i < 3; ++i)
+                for (int axis = 0; axis < 3; ++axis) {
+                    const T x = block.vertex[i][axis][lane];
+                    if (!is_finite(x) || (hidden && x != block.vertex[0][axis][lane])) return false;
+                }
+        }
+        return true;
+    }
+
+    template <TriangleSet Mesh>
+    static Bounds3<T> refit(const Mesh& mesh, Block& block) {
+        Bounds3<T> all;
+        for (std::size_t lane = 0; lane < Block::lanes; ++lane) {
+            if (block.primitive[lane] == no_primitive) continue;
+            const std::uint32_t id = block.primitive[lane] & ~hidden_bit;
+            Bounds3<T> box;
+            const bool hidden = !bounds(mesh, id, box);
+            const std::array<Vec3<T>, 3> p = hidden ? std::array<Vec3<T>, 3>{} : mesh.vertices(id);
+            for (std::size_t i = 0; i < 3; ++i)
+                for (int axis = 0; axis < 3; ++axis) block.vertex[i][axis][lane] = p[i][axis];
+            block.primitive[lane] = hidden ? id | hidden_bit : id;
+            if (!hidden) all.add(box);
+        }
+        return all;
     }
 
     template <detail::Query query, class Accept>

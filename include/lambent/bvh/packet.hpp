@@ -123,7 +123,7 @@ private:
 
     /// Constants of SlabRay and ShearedRay, and the intervals that hold all rays'.
     bool prepare() {
-        constexpr T u = std::numeric_limits<T>::epsilon() / 2, limit = T(1ull << 50), inf = std::numeric_limits<T>::infinity();
+        constexpr T u = std::numeric_limits<T>::epsilon() / 2, limit = steepest<T>, inf = std::numeric_limits<T>::infinity();
         constexpr T slack = T(2 * width + 4) * std::numeric_limits<T>::epsilon();
         kz_ = kind_ >> 3;
         kx_ = (kz_ + 1) % 3;
@@ -298,7 +298,7 @@ template <Query query, class T, class Leaves, class Accept, class RayOf, class R
 void traverse_batch(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Accept& accept,
                     std::size_t count, const RayOf& ray_of, const Report& report) {
     Interleaved<query, T, Leaves, Accept> interleaved(tree, leaves, accept);
-    if constexpr (!Leaves::has_packets) {
+    if constexpr (!requires { Leaves::has_packets; }) {
         interleaved.run(0, count, ray_of, report);
     } else {
         using Bundle = Packet<query, T, Leaves, Accept>;

@@ -39,6 +39,9 @@ inline constexpr std::array<PlaneOffsets, 8> plane_offsets = [] {
     return table;
 }();
 
+template <class T>
+inline constexpr T steepest = T(sizeof(T) == 4 ? 1ull << 24 : 1ull << 50);
+
 /// A ray as boxes are tested with: distances count along its largest axis, where the direction is then ±1, so
 /// that nothing here depends on the direction's length.
 ///
@@ -47,9 +50,9 @@ inline constexpr std::array<PlaneOffsets, 8> plane_offsets = [] {
 /// 7u · reach for the triangle test (vertices moved and sheared, weights, t), where reach is the distance from
 /// the origin to the farthest plane of the scene's box; 4u · reach for rounding here; 2u · |origin| for the
 /// product in the shift. So a box is never missed whose triangle the triangle test would report, at that t.
-/// A direction's component below 2^-50 of the largest is taken as that, sign of zero included: over the
-/// distance to the scene's far side this moves the ray by less than the margin, and no plane times scale is
-/// ever 0 · inf.
+/// A direction's component below 1 / steepest of the largest is taken as that, sign of zero included: over the
+/// distance to the scene's far side this moves the ray by u (in double 8u) · reach, which the margin covers too, and no
+/// plane times scale is ever 0 · inf.
 template <class T>
 struct SlabRay {
     static constexpr int width = node_width<T>;
@@ -66,7 +69,7 @@ struct SlabRay {
     [[gnu::always_inline]] bool start(const Ray<T>& ray, const Tree& tree) {
         using Four = Pack<T, 4>;
         using Bits = typename Mask<T, 4>::Vector;
-        constexpr T u = std::numeric_limits<T>::epsilon() / 2, limit = T(1ull << 50);
+        constexpr T u = std::numeric_limits<T>::epsilon() / 2;
         const auto spread = [](T x, T y, T z) { return Four(typename Four::Vector{x, y, z, 0}); };
         const Four o = spread(ray.origin.x, ray.origin.y, ray.origin.z);
         const Four d = spread(ray.direction.x, ray.direction.y, ray.direction.z);
@@ -78,7 +81,7 @@ struct SlabRay {
 
         const Four reaches = abs(o - Four::load(tree.center)) + Four::load(tree.half_size);
         const T reach = std::max(reaches[0], std::max(reaches[1], reaches[2]));
-        const Four s = select(size * Four(limit) > Four(along), Four(along) / d, copysign(Four(limit), d));
+        const Four s = select(size * Four(steepest<T>) > Four(along), Four(along) / d, copysign(Four(steepest<T>), d));
         const Four margin = multiply_add(Four(4 * u), abs(o), Four(24 * u * reach)) * abs(s);
         const Four shift = -o * s, near = shift - margin, far = shift + margin;
         plane = &plane_offsets<T>[bits(s < Four(T(0))) & 7u];

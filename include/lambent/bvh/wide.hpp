@@ -45,6 +45,14 @@ struct WideTree {
     alignas(4 * sizeof(T)) T center[4] = {}, half_size[4] = {}; ///< of bounds, for rays' set-up
     std::size_t dropped = 0;
     std::size_t primitives = 0;
+
+    void set_bounds(const Bounds3<T>& box) {
+        bounds = box;
+        for (int k = 0; k < 3; ++k) {
+            center[k] = box.min[k] / 2 + box.max[k] / 2;
+            half_size[k] = box.max[k] / 2 - box.min[k] / 2;
+        }
+    }
 };
 
 /// Makes wide nodes of a binary tree such that the expected cost of a ray is least, by dynamic programming
@@ -67,12 +75,8 @@ public:
         wide.dropped = tree_.dropped;
         wide.primitives = tree_.references.size();
         if (tree_.nodes.empty()) return wide;
-        for (int k = 0; k < 3; ++k) {
-            wide.bounds.min[k] = tree_.nodes[0].box.lo[k];
-            wide.bounds.max[k] = tree_.nodes[0].box.hi[k];
-            wide.center[k] = wide.bounds.min[k] / 2 + wide.bounds.max[k] / 2;
-            wide.half_size[k] = wide.bounds.max[k] / 2 - wide.bounds.min[k] / 2;
-        }
+        const PackBox<T>& root = tree_.nodes[0].box;
+        wide.set_bounds({{root.lo[0], root.lo[1], root.lo[2]}, {root.hi[0], root.hi[1], root.hi[2]}});
         for (std::size_t i = plans_.size(); i-- > 0;) plan(i); // children come after their parent
         wide.nodes.reserve(plans_.size() / 4 + 1);
         wide.blocks.reserve(plans_.size() / 2 + 1);
