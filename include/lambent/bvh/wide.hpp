@@ -42,6 +42,7 @@ struct WideTree {
     LargeArray<Block> blocks;
     Bounds3<T> bounds;
     std::size_t dropped = 0;
+    std::size_t duplicates = 0;
     std::size_t primitives = 0;
 };
 
