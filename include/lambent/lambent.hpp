@@ -2,6 +2,7 @@
 /// All of lambent but io/, whose headers need the libraries of their file formats.
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/bvh.hpp>
+#include <lambent/bvh/facing.hpp>
 #include <lambent/bvh/for_each_hit.hpp>
 #include <lambent/bvh/once.hpp>
 #include <lambent/bvh/primitive.hpp>

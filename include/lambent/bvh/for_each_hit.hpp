@@ -11,6 +11,7 @@ namespace detail {
 /// A filter that hands every hit on and takes none, so that the query goes on; it takes the one at which f stops.
 template <class T, class Accept, class F>
 struct HandOn {
+    static constexpr HitRules rules = rules_of<Accept>();
     const Accept& accept;
     F& f;
     Once& once;

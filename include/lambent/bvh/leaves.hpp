@@ -19,6 +19,8 @@
 ///   meet<query>(q, blocks, count, accept, hit)
 ///                           lowers `hit` to the nearest accepted hit in [t_min, hit.t); true if it did.
 ///                           For Query::any the first one will do.
+/// and where they are triangles
+///   triangles(block)        the block's as a TriangleBlock, for queries that need corners
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
@@ -37,6 +39,22 @@ concept HitFilter = requires(const A& accept, std::uint32_t primitive, T x) {
 namespace detail {
 
 enum class Query : std::uint8_t { closest, any };
+
+/// What a filter asks of the triangle test itself: its constant `rules`, see facing.hpp.
+template <class Accept>
+constexpr HitRules rules_of() {
+    if constexpr (requires { Accept::rules; }) {
+        return Accept::rules;
+    } else {
+        return {};
+    }
+}
+
+/// Leaves whose triangles can be looked at, four at a time.
+template <class Leaves>
+concept HoldsTriangles = requires(const Leaves& leaves, const typename Leaves::Block& block) {
+    { leaves.triangles(block) } -> std::convertible_to<const TriangleBlock<typename Leaves::Scalar>&>;
+};
 
 /// No finite vertex is missing, and no two coincide. Triangles with three distinct vertices on a line stay in
 /// the tree although they have no area: seen by a ray the three are rounded, each on its own, and the gap that
@@ -86,11 +104,13 @@ struct StoredTriangles {
         return block;
     }
 
+    const TriangleBlock<T>& triangles(const Block& block) const { return block; }
+
     template <detail::Query query, class Accept>
     bool meet(const Query& q, const Block* block, int count, const Accept& accept, Hit<T>& hit) const {
         bool nearer = false;
         for (const Block* const end = block + count; block != end; ++block) {
-            const BlockHit<T> found = intersect(q.ray, *block, q.t_min, Pack<T, 4>(hit.t));
+            const BlockHit<T> found = intersect<rules_of<Accept>()>(q.ray, *block, q.t_min, Pack<T, 4>(hit.t));
             for (unsigned lanes = bits(found.mask); lanes != 0; lanes &= lanes - 1) {
                 const int lane = std::countr_zero(lanes);
                 const T t = found.t[lane];

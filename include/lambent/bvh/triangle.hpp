@@ -40,6 +40,37 @@ struct ShearedRay {
     }
 };
 
+/// Which side of a triangle can be hit. Front is the side from which its vertices run counter-clockwise.
+enum class Side : std::uint8_t { both, front, back };
+
+/// Whose an edge is that two triangles share: both report a hit there, or exactly one of them does.
+enum class Edges : std::uint8_t { shared, owned };
+
+/// What else decides whether a triangle is hit; known to the compiler, so that what isn't asked for costs nothing.
+struct HitRules {
+    Side side = Side::both;
+    Edges edges = Edges::shared;
+    friend bool operator==(const HitRules&, const HitRules&) = default;
+};
+
+namespace detail {
+/// Whether the triangle holds a point next to the origin, by (e, e²) for an e > 0 smaller than anything: then no
+/// point lies on an edge, and where triangles meet, exactly one of them holds it, whichever way they are oriented.
+/// The edge function w = a × b of an edge through the origin grows towards that point as a.y - b.y does, or if
+/// those are equal as b.x - a.x. Comparisons alone, so this is exact.
+/// source  Edelsbrunner, Mücke, "Simulation of simplicity", ACM TOG 9 (1990)
+template <class T>
+inline Mask<T, 4> holds_next_to_origin(const Pack<T, 4>* x, const Pack<T, 4>* y, Pack<T, 4> w0, Pack<T, 4> w1,
+                                       Pack<T, 4> w2) {
+    const Pack<T, 4> zero = T(0);
+    const auto positive = [&](Pack<T, 4> w, int a, int b) {
+        return (w > zero) | ((w == zero) & ((y[a] > y[b]) | ((y[a] == y[b]) & (x[b] > x[a]))));
+    };
+    const Mask<T, 4> p0 = positive(w0, 2, 1), p1 = positive(w1, 0, 2), p2 = positive(w2, 1, 0);
+    return (p0 & p1 & p2) | ~(p0 | p1 | p2);
+}
+} // namespace detail
+
 /// Where a ray meets four triangles.
 template <class T>
 struct BlockHit {
@@ -57,7 +88,7 @@ struct BlockHit {
 ///         vanish or overflow
 /// source  Woop, Benthin, Wald, JCGT 2:1 (2013). We differ: the sign is exact by an fma-faithful difference
 ///         of products, where theirs holds only if the compiler fuses nothing.
-template <class T>
+template <HitRules rules = HitRules{}, class T>
 inline BlockHit<T> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>& block, Pack<T, 4> t_min,
                              Pack<T, 4> t_max) {
     using Lanes = Pack<T, 4>;
@@ -75,7 +106,15 @@ inline BlockHit<T> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>& b
     const Lanes zero = T(0);
     const Lanes least = min(w0, min(w1, w2)), most = max(w0, max(w1, w2));
     hit.mask = (least >= zero) ^ (most <= zero); // both where all three vanish: edge-on
+    if constexpr (rules.side != Side::both) { // the frame is seen along its z, or against it
+        const Mask<T, 4> front = (most > zero) ^ (ray.inverse_z < zero);
+        hit.mask = hit.mask & (rules.side == Side::front ? front : ~front);
+    }
     if (bits(hit.mask) == 0) return hit;
+    if constexpr (rules.edges == Edges::owned) {
+        if (bits(hit.mask & ((least == zero) | (most == zero))) != 0)
+            hit.mask = hit.mask & detail::holds_next_to_origin(x, y, w0, w1, w2);
+    }
     // Weights first, and no compiler may divide later: their products with the depth could overflow. A mean of the
     // depths with weights of one sign never leaves the triangle, however thin it is seen.
     const Lanes determinant = w0 + w1 + w2;
