@@ -2,14 +2,18 @@
 /// All of lambent but io/, whose headers need the libraries of their file formats.
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/bvh.hpp>
+#include <lambent/bvh/closest_point.hpp>
 #include <lambent/bvh/facing.hpp>
 #include <lambent/bvh/for_each_hit.hpp>
 #include <lambent/bvh/once.hpp>
+#include <lambent/bvh/overlap.hpp>
 #include <lambent/bvh/primitive.hpp>
 #include <lambent/bvh/reinsertion.hpp>
 #include <lambent/bvh/statistics.hpp>
 #include <lambent/bvh/traverse.hpp>
 #include <lambent/bvh/triangle.hpp>
+#include <lambent/bvh/visit.hpp>
+#include <lambent/bvh/walk.hpp>
 #include <lambent/bvh/wide.hpp>
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/config.hpp>
