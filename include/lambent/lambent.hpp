@@ -1,8 +1,16 @@
 #pragma once
 /// All of lambent but io/, whose headers need the libraries of their file formats.
+#include <lambent/bvh/batch.hpp>
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/bvh.hpp>
+#include <lambent/bvh/closest_point.hpp>
 #include <lambent/bvh/compact.hpp>
+#include <lambent/bvh/facing.hpp>
+#include <lambent/bvh/for_each_hit.hpp>
+#include <lambent/bvh/leaves.hpp>
+#include <lambent/bvh/once.hpp>
+#include <lambent/bvh/overlap.hpp>
+#include <lambent/bvh/packet.hpp>
 #include <lambent/bvh/primitive.hpp>
 #include <lambent/bvh/primitive_leaves.hpp>
 #include <lambent/bvh/refit.hpp>
@@ -12,6 +20,8 @@
 #include <lambent/bvh/statistics.hpp>
 #include <lambent/bvh/traverse.hpp>
 #include <lambent/bvh/triangle.hpp>
+#include <lambent/bvh/visit.hpp>
+#include <lambent/bvh/walk.hpp>
 #include <lambent/bvh/wide.hpp>
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/config.hpp>

@@ -91,6 +91,7 @@ public:
     /// The nearest hit that `accept` takes.
     template <HitFilter<T> Accept>
     Hit<T> intersect(const Ray<T>& ray, const Accept& accept) const {
+        check_rules<Accept>();
         return detail::traverse<detail::Query::closest>(tree_, leaves_, ray, accept);
     }
 
@@ -100,6 +101,7 @@ public:
     /// Is there any hit that `accept` takes?
     template <HitFilter<T> Accept>
     bool occluded(const Ray<T>& ray, const Accept& accept) const {
+        check_rules<Accept>();
         return bool(detail::traverse<detail::Query::any>(tree_, leaves_, ray, accept));
     }
 
@@ -124,6 +126,24 @@ public:
                   [&](std::size_t i, const Hit<T>& hit) { occluded[i] = bool(hit); });
     }
 
+    /// The same for rays of your own type: `projection` makes a Ray<T> of one.
+    template <class R, RayProjection<R, T> Projection>
+    Hit<T> intersect(const R& ray, const Projection& projection) const {
+        return intersect(Ray<T>(projection(ray)));
+    }
+    template <class R, RayProjection<R, T> Projection, HitFilter<T> Accept>
+    Hit<T> intersect(const R& ray, const Projection& projection, const Accept& accept) const {
+        return intersect(Ray<T>(projection(ray)), accept);
+    }
+    template <class R, RayProjection<R, T> Projection>
+    bool occluded(const R& ray, const Projection& projection) const {
+        return occluded(Ray<T>(projection(ray)));
+    }
+    template <class R, RayProjection<R, T> Projection, HitFilter<T> Accept>
+    bool occluded(const R& ray, const Projection& projection, const Accept& accept) const {
+        return occluded(Ray<T>(projection(ray)), accept);
+    }
+
     bool empty() const { return tree_.nodes.empty(); }
     /// Of all triangles in the tree.
     const Bounds3<T>& bounds() const { return tree_.bounds; }
@@ -136,9 +156,18 @@ public:
     std::size_t triangle_count() const { return tree_.primitives; }
     /// What the queries read: see statistics().
     const detail::WideTree<T, typename Leaves::Block>& tree() const { return tree_; }
+    /// What its leaves hold beside their blocks.
+    const Leaves& leaves() const { return leaves_; }
 
 private:
     friend struct detail::SavedTree<BasicBvh>;
+
+    template <class Accept>
+    static void check_rules() {
+        static_assert(detail::rules_of<Accept>() == HitRules{} || detail::HoldsTriangles<Leaves>,
+                      "CullBackFaces, CullFrontFaces and OwnEdges are for trees of triangles: "
+                      "other primitives have no sides and edges that the tree knows");
+    }
 
     detail::WideTree<T, typename Leaves::Block> tree_;
     [[no_unique_address]] Leaves leaves_;

@@ -41,19 +41,21 @@ public:
     static bool sound(const Block&) { return true; }
     static Bounds3<Scalar> refit(const Mesh& mesh, Block& block) { return block.template refit<CompactTriangles>(mesh); }
 
+    /// The full layout's block; lanes that cannot be hit are empty.
+    TriangleBlock<Scalar> triangles(const Block& block) const {
+        std::uint32_t ids[Block::lanes];
+        std::size_t used = 0;
+        for (const std::uint32_t id : block.primitive)
+            if ((id & hidden_bit) == 0) ids[used++] = id;
+        return used > 0 ? Stored::make_block(*mesh_, {ids, used}) : TriangleBlock<Scalar>::empty();
+    }
+
     /// The full layout's blocks, made on the spot, and its test: so the same bits.
     template <detail::Query query, class Accept>
     bool meet(const Query& q, const Block* block, int count, const Accept& accept, Hit<Scalar>& hit) const {
         typename Stored::Block fetched[2];
-        int full = 0;
-        for (const Block* const end = block + count; block != end; ++block) {
-            std::uint32_t ids[Block::lanes];
-            std::size_t used = 0;
-            for (const std::uint32_t id : block->primitive)
-                if ((id & hidden_bit) == 0) ids[used++] = id;
-            if (used > 0) fetched[full++] = Stored::make_block(*mesh_, {ids, used});
-        }
-        return full > 0 && Stored().template meet<query>(q, fetched, full, accept, hit);
+        for (int i = 0; i < count; ++i) fetched[i] = triangles(block[i]);
+        return Stored().template meet<query>(q, fetched, count, accept, hit);
     }
 
 private:

@@ -27,6 +27,8 @@
 ///   meet<query>(q, blocks, count, accept, hit)
 ///                           lowers `hit` to the nearest accepted hit in [t_min, hit.t); true if it did.
 ///                           For Query::any the first one will do.
+/// and where they are triangles
+///   triangles(block)        the block's as a TriangleBlock, for queries that need corners
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
@@ -45,6 +47,22 @@ concept HitFilter = requires(const A& accept, std::uint32_t primitive, T x) {
 namespace detail {
 
 enum class Query : std::uint8_t { closest, any };
+
+/// What a filter asks of the triangle test itself: its constant `rules`, see facing.hpp.
+template <class Accept>
+constexpr HitRules rules_of() {
+    if constexpr (requires { Accept::rules; }) {
+        return Accept::rules;
+    } else {
+        return {};
+    }
+}
+
+/// Leaves whose triangles can be looked at, four at a time.
+template <class Leaves>
+concept HoldsTriangles = requires(const Leaves& leaves, const typename Leaves::Block& block) {
+    { leaves.triangles(block) } -> std::convertible_to<const TriangleBlock<typename Leaves::Scalar>&>;
+};
 
 /// No finite vertex is missing, and no two coincide. Triangles with three distinct vertices on a line stay in
 /// the tree although they have no area: seen by a ray the three are rounded, each on its own, and the gap that
@@ -181,6 +199,8 @@ struct StoredTriangles {
         return all;
     }
 
+    const TriangleBlock<T>& triangles(const Block& block) const { return block; }
+
     template <detail::Query query, class Accept>
     [[gnu::always_inline]] bool meet(const Query& q, const Block* block, int count, const Accept& accept, Hit<T>& hit) const {
         return count == 1 ? meet_lanes<query, 4>(q, block, accept, hit) : meet_lanes<query, 8>(q, block, accept, hit);
@@ -189,7 +209,7 @@ struct StoredTriangles {
 private:
     template <detail::Query query, int N, class Accept>
     [[gnu::always_inline]] static bool meet_lanes(const Query& q, const Block* block, const Accept& accept, Hit<T>& hit) {
-        const BlockHit<T, N> found = intersect<N>(q.ray, block, q.t_min, hit.t);
+        const BlockHit<T, N> found = intersect<rules_of<Accept>(), N>(q.ray, block, q.t_min, hit.t);
         bool nearer = false;
         for (unsigned lanes = bits(found.mask); lanes != 0; lanes &= lanes - 1) {
             const int lane = std::countr_zero(lanes);

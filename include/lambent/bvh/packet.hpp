@@ -246,32 +246,23 @@ private:
             x[i] = negated_multiply_add(shear_x, z[i], Rays(block.vertex[i][kx_][lane]) - ox);
             y[i] = negated_multiply_add(shear_y, z[i], Rays(block.vertex[i][ky_][lane]) - oy);
         }
-        const Rays w0 = difference_of_products(x[2], y[1], y[2], x[1]);
-        const Rays w1 = difference_of_products(x[0], y[2], y[0], x[2]);
-        const Rays w2 = difference_of_products(x[1], y[0], y[1], x[0]);
-        const Rays zero = T(0), least = min(w0, min(w1, w2)), most = max(w0, max(w1, w2));
-        RayMask mask = (least >= zero) ^ (most <= zero);
-        if (!any(mask)) return false;
-        const Rays determinant = w0 + w1 + w2;
-        const Rays u = opaque(w1 / determinant), v = opaque(w2 / determinant);
-        const Rays depth = multiply_add(opaque(w0 / determinant), z[0], multiply_add(u, z[1], v * z[2]));
-        const Rays t = depth * load(inverse_z_, group), t_max = load(t_, group);
-        mask = mask & (t >= load(t_min_, group)) & (t < t_max);
-        unsigned hits = bits(mask);
+        const BlockHit<T, lanes> found = intersect_sheared<rules_of<Accept>(), T, lanes>(
+            x, y, z, load(inverse_z_, group), load(t_min_, group), load(t_, group));
+        unsigned hits = bits(found.mask);
         if (hits == 0) return false;
         bool changed = false;
         for (; hits != 0; hits &= hits - 1) {
             const int l = std::countr_zero(hits), i = group * lanes + l;
-            if (!accept_(block.primitive[lane], u[l], v[l], t[l])) continue;
-            t_[i] = t[l];
-            u_[i] = u[l];
-            v_[i] = v[l];
+            if (!accept_(block.primitive[lane], found.u[l], found.v[l], found.t[l])) continue;
+            t_[i] = found.t[l];
+            u_[i] = found.u[l];
+            v_[i] = found.v[l];
             primitive_[i] = block.primitive[lane];
             if constexpr (query == Query::any) {
                 limit_of_[i] = t_[i] = -std::numeric_limits<T>::infinity(); // nothing is before that
             } else {
                 constexpr T slack = T(2 * width + 4) * std::numeric_limits<T>::epsilon();
-                const T distance = t[l] * along_[i];
+                const T distance = found.t[l] * along_[i];
                 limit_of_[i] = distance + (std::abs(distance) * slack + std::numeric_limits<T>::min());
             }
             changed = true;

@@ -44,6 +44,7 @@ struct WideTree {
     Bounds3<T> bounds;
     alignas(4 * sizeof(T)) T center[4] = {}, half_size[4] = {}; ///< of bounds, for rays' set-up
     std::size_t dropped = 0;
+    std::size_t duplicates = 0;
     std::size_t primitives = 0;
 
     void set_bounds(const Bounds3<T>& box) {

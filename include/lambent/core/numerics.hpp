@@ -56,6 +56,13 @@ constexpr bool is_finite(T x) {
     return (std::bit_cast<typename Bits::Type>(x) & Bits::exponent) != Bits::exponent;
 }
 
+/// NaN, by its bits: x != x is always false under -ffast-math.
+template <std::floating_point T>
+constexpr bool is_nan(T x) {
+    using Bits = detail::FloatBits<T>;
+    return (std::bit_cast<typename Bits::Type>(x) & ~Bits::sign) > Bits::exponent;
+}
+
 template <class T>
 constexpr bool is_finite(const Vec3<T>& v) {
     return is_finite(v.x) && is_finite(v.y) && is_finite(v.z);
