@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <doctest/doctest.h>
 #include <lambent/bvh/for_each_hit.hpp>
+#include <random>
 #include <vector>
 
 using namespace lambent;
@@ -87,6 +88,24 @@ TEST_CASE_TEMPLATE("Triangles that lie in several leaves are reported once, few 
     CHECK(hits_of<T>(doubled_bvh(pile), Ray<T>{}).size() == 3000);
     CHECK(hits_of<T>(doubled_bvh(pile), Ray<T>{.t_max = 20}).size() == 40); // beyond what is kept in place
     CHECK(hits_of<T>(doubled_bvh(pile), Ray<T>{.t_max = 16}).size() == 32);
+}
+
+TEST_CASE("Once: true the first time, however many there are and however late they come again") {
+    Random random(1);
+    for (const std::size_t count : {5u, 31u, 32u, 33u, 129u, 1000u, 50000u}) {
+        std::vector<std::uint32_t> ids;
+        for (std::size_t i = 0; i < count; ++i) ids.push_back(std::uint32_t(random.bits() % (1u << 30)));
+        std::sort(ids.begin(), ids.end());
+        ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+        std::shuffle(ids.begin(), ids.end(), std::mt19937(3));
+        detail::Once once(true), no_need(false);
+        std::size_t first = 0, again = 0;
+        for (const std::uint32_t p : ids) first += std::size_t(once.first(p));
+        for (const std::uint32_t p : ids) again += std::size_t(once.first(p));
+        CHECK(first == ids.size());
+        CHECK(again == 0);
+        CHECK((no_need.first(ids[0]) && no_need.first(ids[0])));
+    }
 }
 
 TEST_CASE("False stops; a filter's refused hits are not reported; an empty tree and a ray that is none report nothing") {

@@ -59,7 +59,7 @@ TEST_CASE_TEMPLATE("Overlaps equal cutting every triangle, for boxes of all shap
             for (Vec3<T>& v : mesh.vertices) v *= scale;
             const auto bvh = BasicBvh<T>::build(triangles(mesh.vertices, mesh.faces));
             Random random(8);
-            for (std::size_t i = 0; i < 2000; ++i) {
+            for (std::size_t i = 0; i < 2500; ++i) {
                 const Vec3<T> center = random.in_box<T>(-1.1, 1.1);
                 const double size = i % 2 ? 0.5 : 0.05;
                 Vec3<T> half(T(random.uniform(0, size)), T(random.uniform(0, size)), T(random.uniform(0, size)));
@@ -75,6 +75,16 @@ TEST_CASE_TEMPLATE("Overlaps equal cutting every triangle, for boxes of all shap
                 if (i % 11 == 0) { // at a vertex
                     const Vec3<T> v = mesh.vertices[random.index(mesh.vertices.size())];
                     if (is_finite(v)) box = {v, v + half * scale};
+                }
+                if (i % 13 == 0) { // a corner on a triangle or its edge, but for rounding
+                    const Corners<T> c = mesh.triangle(random.index(mesh.faces.size()));
+                    const T u = T(random.uniform()), v = i % 2 ? (1 - u) * T(random.uniform()) : 1 - u;
+                    const Vec3<T> p = c[0] * (1 - u - v) + c[1] * u + c[2] * v;
+                    if (is_finite(p)) box = {p, p};
+                    for (int k = 0; k < 3 && is_finite(p); ++k) {
+                        if (random.index(2)) box.max[k] += half[k] * scale;
+                        else box.min[k] -= half[k] * scale;
+                    }
                 }
                 std::vector<int> times(mesh.faces.size());
                 for (const std::uint32_t p : overlaps_of(bvh, box)) ++times[p];

@@ -23,8 +23,8 @@ inline bool visit_leaf(const Block* blocks, std::uint32_t child, Visit& visit) {
     return visit(*first) && ((child & Child::second_block_bit) == 0 || visit(first[1]));
 }
 
-/// Goes down, in no order, to the children whose bits meets(node) sets; calls visit(block) in the leaves, which is false to
-/// stop. Returns whether it was never stopped.
+/// Goes down, in no order, to the children whose bits meets(node) sets; calls visit(block) in the leaves, which is
+/// false to stop. Returns whether it was never stopped.
 template <class T, class Leaves, class Meets, class Visit>
 bool walk(const BasicBvh<T, Leaves>& bvh, Meets&& meets, Visit&& visit) {
     const auto& tree = bvh.tree();
