@@ -137,7 +137,7 @@ void run(const Options& o, const std::vector<EmbreeLibrary>& libraries, const Be
 
 Options parse(int argc, char** argv) {
     Options o;
-    CommandLine line("bench_bvh [SCENE...] [options]    SCENE: .gltf, .glb, .obj or builtin:cornell; none = the four below");
+    CommandLine line("bench_bvh [SCENE...] [options]    SCENE: .gltf, .glb, .obj or builtin:cornell; none: those below");
     line.add("--soup F", "triangles from a file", [&](const auto& v) { o.soups.push_back(v); });
     line.add("--rays F", "rays from a file, besides the classes", [&](const auto& v) { o.ray_files.push_back(v); });
     line.add("--classes LIST", "of build,primary,ao,shadow,bounce,bounce2, or none [all]",

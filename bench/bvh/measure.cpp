@@ -44,7 +44,8 @@ double timed_trace(const RayClass& rays, Timed& t, lambent::ThreadExecutor& thre
     if (threads.concurrency() == 1) {
         t.contender->trace(rays, 0, n, t.answers);
     } else {
-        threads.parallel_for(n, 4096, [&](std::size_t begin, std::size_t end) {
+        const std::size_t part = std::clamp<std::size_t>(n / (16 * threads.concurrency()), 256, 16384);
+        threads.parallel_for(n, part, [&](std::size_t begin, std::size_t end) {
             t.contender->trace(rays, begin, end, t.answers);
         });
     }

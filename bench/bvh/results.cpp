@@ -28,6 +28,9 @@ std::string name_of(const Result& r) {
            (r.threads > 1 ? " x" + std::to_string(r.threads) : "");
 }
 
+/// A scene's name without the folders of its file.
+std::string short_name(const std::string& scene) { return scene.substr(scene.find_last_of('/') + 1); }
+
 template <class Key>
 std::vector<std::string> distinct(const std::vector<Result>& results, Key key) {
     std::vector<std::string> found;
@@ -82,7 +85,7 @@ std::string to_json(const Result& r) {
 }
 
 std::string to_text(const Result& r) {
-    std::string line = format("%-12s %-8s %-30s", r.scene.c_str(), r.ray_class.c_str(), name_of(r).c_str());
+    std::string line = format("%-12s %-8s %-30s", short_name(r.scene).c_str(), short_name(r.ray_class).c_str(), name_of(r).c_str());
     line += format(" %9.3f %-8s", r.rate, r.ray_class == "build" ? "Mtri/s" : "Mrays/s");
     if (r.ratio_to_embree > 0) line += format(" %6.3f of embree", r.ratio_to_embree);
     if (r.ratio_to_embree4 > 0) line += format(" %6.3f of embree4", r.ratio_to_embree4);
@@ -130,7 +133,7 @@ void Printer::print_summary_table(const std::string& peer, double Result::* rati
 
     const std::vector<std::string> classes = distinct(results, [](const Result& r) { return r.ray_class; });
     std::printf("\nRatio to %s: geometric mean over the scenes, and the worst of them\n%-32s", peer.c_str(), "");
-    for (const std::string& ray_class : classes) std::printf("%-21s", ray_class.c_str());
+    for (const std::string& ray_class : classes) std::printf("%-21s", short_name(ray_class).substr(0, 20).c_str());
     std::printf("%s\n", builds ? "" : "wrong");
     for (const std::string& name : distinct(results, name_of)) {
         std::string line = format("%-32s", name.c_str());
@@ -139,7 +142,7 @@ void Printer::print_summary_table(const std::string& peer, double Result::* rati
             const Summary s = summarise(results, ray_class, name, ratio);
             scenes += s.scenes;
             wrong += s.wrong;
-            const std::string worst = s.worst_scene.substr(0, 10);
+            const std::string worst = short_name(s.worst_scene).substr(0, 10);
             line += s.scenes > 0 ? format("%4.2f %4.2f %-11s", s.mean, s.worst, worst.c_str()) : format("%-21s", "-");
         }
         if (scenes == 0) continue;
