@@ -14,8 +14,7 @@ class BvhChart {
 public:
     explicit BvhChart(const std::vector<Row>& rows) {
         for (const Row& row : rows) {
-            if (!(number(row, "ratio_to_embree") > 0) || get(row, "class") == "build" || number(row, "threads") > 1) continue;
-            if (get(row, "variant") == "double" || get(row, "variant") == "compact" || is_base(row)) continue;
+            if (!drawn(row)) continue;
             rows_.push_back(row);
             const double x = std::log2(number(row, "ratio_to_embree"));
             low_ = std::min(low_, x - 0.08);
@@ -53,8 +52,11 @@ public:
 private:
     static constexpr double width = 860, left = 180, right = 240, top = 34, step = 16, gap = 18;
 
-    static bool is_base(const Row& row) {
-        return get(row, "library") == "embree" && get(row, "variant") == "high" && get(row, "batch") != "true";
+    static bool drawn(const Row& row) {
+        const std::string variant = get(row, "variant");
+        const bool is_base = get(row, "library") == "embree" && variant == "high" && get(row, "batch") != "true";
+        return number(row, "ratio_to_embree") > 0 && get(row, "class") != "build" && number(row, "threads") <= 1 &&
+               variant != "double" && variant != "compact" && !is_base;
     }
     static std::string contender(const Row& row) {
         const std::string name = get(row, "library") + " " + get(row, "variant");
@@ -99,7 +101,8 @@ private:
                 const bool mean = scene == "geomean";
                 const std::string label = mean ? "geometric mean" : scene.substr(scene.find_last_of('/') + 1);
                 out << "<text x='" << left - 8 << "' y='" << y + 4 << "' text-anchor='end' font-weight='"
-                    << (mean ? "bold" : "normal") << "'>" << escaped(label) << "</text><line x1='" << left << "' x2='" << width - right << "' y1='" << y << "' y2='" << y
+                    << (mean ? "bold" : "normal") << "'>" << escaped(label) << "</text><line x1='" << left << "' x2='"
+                    << width - right << "' y1='" << y << "' y2='" << y
                     << "' stroke='" << (mean ? "#bbb" : "#eee") << "'/>\n";
             }
         }
@@ -115,17 +118,19 @@ private:
                                                     [&](const std::string& c) { return is_ours(c) == is_ours(name); }));
         const char* const color = is_ours(name) ? ours[rank % std::size(ours)] : theirs[rank % std::size(theirs)];
         const bool batch = name.ends_with(", batch");
-        out << "<g fill='" << (batch ? "#fff" : color) << "' stroke='" << color << "' stroke-width='" << (batch ? 2 : 1) << "'>";
+        out << "<g fill='" << (batch ? "#fff" : color) << "' stroke='" << color << "' stroke-width='" << (batch ? 2 : 1)
+            << "'>";
         for (const Row& row : rows_) {
             if (contender(row) != name) continue;
+            const std::string ray_class = get(row, "class"), scene = get(row, "scene");
             out << "<circle cx='" << x_of(std::log2(number(row, "ratio_to_embree"))) << "' cy='"
-                << y_of(get(row, "class"), get(row, "scene")) << "' r='" << (get(row, "scene") == "geomean" ? 5.5 : 3.5)
-                << "'><title>" << escaped(name) << ", " << escaped(get(row, "class")) << ", " << escaped(get(row, "scene"))
-                << ": " << shown(get(row, "ratio_to_embree")) << "</title></circle>";
+                << y_of(ray_class, scene) << "' r='" << (scene == "geomean" ? 5.5 : 3.5) << "'><title>" << escaped(name)
+                << ", " << escaped(ray_class) << ", " << escaped(scene) << ": " << shown(get(row, "ratio_to_embree"))
+                << "</title></circle>";
         }
         const double y = top + 4 + 18 * double(index);
-        out << "<circle cx='" << width - right + 18 << "' cy='" << y << "' r='4'/><text fill='" << color << "' stroke='none' x='" << width - right + 30
-            << "' y='" << y + 4 << "'>" << escaped(name) << "</text></g>\n";
+        out << "<circle cx='" << width - right + 18 << "' cy='" << y << "' r='4'/><text fill='" << color
+            << "' stroke='none' x='" << width - right + 30 << "' y='" << y + 4 << "'>" << escaped(name) << "</text></g>\n";
     }
 
     std::vector<Row> rows_;

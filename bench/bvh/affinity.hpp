@@ -16,7 +16,8 @@ public:
         cpu_set_t wanted;
         CPU_ZERO(&wanted);
         CPU_SET(std::size_t(*processor), &wanted);
-        pinned_ = sched_getaffinity(0, sizeof before_, &before_) == 0 && sched_setaffinity(0, sizeof wanted, &wanted) == 0;
+        pinned_ = sched_getaffinity(0, sizeof before_, &before_) == 0 &&
+                  sched_setaffinity(0, sizeof wanted, &wanted) == 0;
         lambent::require(pinned_, [&] { return "cannot run on processor " + std::to_string(*processor); });
 #else
         lambent::fail("--pin works on Linux only");

@@ -181,8 +181,8 @@ private:
     }
 
     static embree_abi::Ray to_embree(const lambent::Rayf& r) {
-        return {{r.origin.x, r.origin.y, r.origin.z}, r.t_min, {r.direction.x, r.direction.y, r.direction.z}, 0, r.t_max,
-                ~0u, 0, 0};
+        const lambent::Vec3f &o = r.origin, &d = r.direction;
+        return {{o.x, o.y, o.z}, r.t_min, {d.x, d.y, d.z}, 0, r.t_max, ~0u, 0, 0};
     }
 
     template <std::size_t n>

@@ -24,7 +24,7 @@ std::shared_ptr<const Built<Tree>> build(const Set& set, BuildQuality quality = 
     const double start = cpu_seconds();
     Tree tree = Tree::build(set, options);
     const double seconds = cpu_seconds() - start;
-    return std::make_shared<const Built<Tree>>(std::move(tree), seconds);
+    return std::make_shared<const Built<Tree>>(Built<Tree>{std::move(tree), seconds});
 }
 
 template <class T>
@@ -156,7 +156,7 @@ LambentTrees lambent_trees(const Soup& soup, const LambentModes& modes) {
     const auto mesh = triangles(soup.vertices, soup.faces);
     LambentTrees trees;
     const auto by_default = build<Bvh>(mesh);
-    trees.tree = {by_default, &by_default->tree};
+    trees.tree = std::shared_ptr<const Bvh>(by_default, &by_default->tree);
     enter(by_default, "float", modes, trees.contenders);
     if (const auto best = build_quality("best"); best && *best != BuildOptions{}.quality)
         enter(build<Bvh>(mesh, *best), "float-best", modes, trees.contenders);

@@ -137,32 +137,39 @@ void run(const Options& o, const std::vector<EmbreeLibrary>& libraries, const Be
 
 Options parse(int argc, char** argv) {
     Options o;
-    CommandLine line("bench_bvh [SCENE...] [options]    SCENE: .gltf, .glb, .obj or builtin:cornell; none: those below");
-    line.add("--soup F", "triangles from a file", [&](const auto& v) { o.soups.push_back(v); });
-    line.add("--rays F", "rays from a file, besides the classes", [&](const auto& v) { o.ray_files.push_back(v); });
-    line.add("--classes LIST", "of build,primary,ao,shadow,bounce,bounce2, or none [all]",
-             [&](const auto& v) { o.classes = v == "none" ? std::vector<std::string>() : split(v, ','); });
-    line.add("--size N", "rays of the camera a side, a multiple of 8 [512]", [&](const auto& v) { o.side = int(to_integer(v, 8, 8192)) / 8 * 8; });
-    line.add("--rounds N", "of which the median counts [7]", [&](const auto& v) { o.rounds = int(to_integer(v, 1, 1000)); });
-    line.add("--batch", "rays by the batch and in Embree's packets as well", [&](const auto&) { o.modes.batch = true; });
-    line.add("--double", "the tree in double as well", [&](const auto&) { o.modes.in_double = true; });
-    line.add("--compact", "the tree that reads the caller's vertices as well", [&](const auto&) { o.modes.compact = true; });
-    line.add("--threads N|all", "then the same once more on so many threads [1]", [&](const auto& v) {
-        o.threads = v == "all" ? std::max(1u, std::thread::hardware_concurrency()) : unsigned(to_integer(v, 1, 4096));
-    });
-    line.add("--pin N", "one thread runs on processor N", [&](const auto& v) { o.processor = int(to_integer(v, 0, 1023)); });
-    line.add("--embree PATH", "library of Embree 3 [libembree3.so.3]", [&](const auto& v) { o.embree = v; });
-    line.add("--embree4 PATH", "library of Embree 4 [none]", [&](const auto& v) { o.embree4 = v; });
     const auto point = [](const std::string& v) {
         const std::vector<double> p = to_numbers(v, 3);
         return Vec3d(p[0], p[1], p[2]);
     };
+    CommandLine line("bench_bvh [SCENE...] [options]    .gltf, .glb, .obj or builtin:cornell; none: those below");
+    line.add("--soup F", "triangles from a file", [&](const auto& v) { o.soups.push_back(v); });
+    line.add("--rays F", "rays from a file, besides the classes", [&](const auto& v) { o.ray_files.push_back(v); });
+    line.add("--classes LIST", "of build,primary,ao,shadow,bounce,bounce2, or none [all]",
+             [&](const auto& v) { o.classes = v == "none" ? std::vector<std::string>() : split(v, ','); });
+    line.add("--size N", "rays of the camera a side, a multiple of 8 [512]",
+             [&](const auto& v) { o.side = int(to_integer(v, 8, 8192)) / 8 * 8; });
+    line.add("--rounds N", "of which the median counts [7]",
+             [&](const auto& v) { o.rounds = int(to_integer(v, 1, 1000)); });
+    line.add("--batch", "rays by the batch and in Embree's packets as well",
+             [&](const auto&) { o.modes.batch = true; });
+    line.add("--double", "the tree in double as well", [&](const auto&) { o.modes.in_double = true; });
+    line.add("--compact", "the tree that reads the caller's vertices as well",
+             [&](const auto&) { o.modes.compact = true; });
+    line.add("--threads N|all", "then rays once more on so many threads [1]", [&](const auto& v) {
+        o.threads = v == "all" ? std::max(1u, std::thread::hardware_concurrency()) : unsigned(to_integer(v, 1, 4096));
+    });
+    line.add("--pin N", "one thread runs on processor N",
+             [&](const auto& v) { o.processor = int(to_integer(v, 0, 1023)); });
+    line.add("--embree PATH", "library of Embree 3 [libembree3.so.3]", [&](const auto& v) { o.embree = v; });
+    line.add("--embree4 PATH", "library of Embree 4 [none]", [&](const auto& v) { o.embree4 = v; });
     line.add("--eye X,Y,Z", "camera", [&](const auto& v) { o.eye = point(v); });
     line.add("--target X,Y,Z", "camera", [&](const auto& v) { o.target = point(v); });
     line.add("--vfov DEG", "camera", [&](const auto& v) { o.vertical_fov = to_positive(v); });
-    line.add("--write-rays DIR", "writes SCENE.tri and SCENE_CLASS.rays there, and measures nothing", [&](const auto& v) { o.write_folder = v; });
+    line.add("--write-rays DIR", "writes SCENE.tri and SCENE_CLASS.rays there, and measures nothing",
+             [&](const auto& v) { o.write_folder = v; });
     line.add("--json", "one object a line", [&](const auto&) { o.format = Format::json; });
-    line.add("--quick", "fewer rays, rounds and hairs", [&](const auto&) { o.side = 128, o.rounds = 3, o.strands = 500; });
+    line.add("--quick", "fewer rays, rounds and hairs",
+             [&](const auto&) { o.side = 128, o.rounds = 3, o.strands = 500; });
     line.add("--help", "this", [&](const auto&) { line.print_help(), std::fputs(explanation, stdout), std::exit(0); });
     o.scenes = line.parse(argc, argv);
     for (const std::string& name : o.classes)
@@ -181,7 +188,8 @@ std::vector<std::function<BenchScene()>> chosen_scenes(const Options& o) {
 
 int bench(const Options& o) {
     Printer printer(o.format);
-    const std::vector<EmbreeLibrary> libraries = o.write_folder.empty() ? load_embrees(o) : std::vector<EmbreeLibrary>();
+    std::vector<EmbreeLibrary> libraries;
+    if (o.write_folder.empty()) libraries = load_embrees(o);
     for (const auto& make : chosen_scenes(o)) {
         BenchScene scene = make();
         if (scene.soup.faces.empty()) fail(scene.soup.name + ": there are no triangles to shoot at");

@@ -58,6 +58,10 @@ bool is_wrong(float t, float reference, double diagonal) {
     return hit != should || (hit && std::abs(double(t) - reference) > 1e-4 * (double(reference) + diagonal));
 }
 
+bool differs(const Answers& a, const Answers& b, std::size_t i) {
+    return (a.t[i] < no_hit) != (b.t[i] < no_hit) || a.primitive[i] != b.primitive[i];
+}
+
 } // namespace
 
 std::vector<Result> measure_rays(const RayClass& rays, const std::vector<Contender>& contenders,
@@ -99,8 +103,7 @@ std::vector<Result> measure_rays(const RayClass& rays, const std::vector<Contend
         r.ratio_to_embree4 = ratio_to(embree4, t.seconds);
         for (std::size_t i = 0; i < n; ++i) {
             if (is_wrong(t.answers.t[i], expected.t[i], diagonal)) ++r.wrong;
-            if ((t.answers.t[i] < no_hit) != (expected.t[i] < no_hit) || t.answers.primitive[i] != expected.primitive[i])
-                ++r.differing;
+            if (differs(t.answers, expected, i)) ++r.differing;
         }
         results.push_back(r);
     }

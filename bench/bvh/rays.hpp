@@ -84,7 +84,8 @@ private:
 
     static lambent::Vec2f random(std::uint32_t index, std::uint32_t seed) {
         const std::uint64_t key = lambent::derive_key(seed, index);
-        return {lambent::to_unit<float>(lambent::derive_key(key, 0)), lambent::to_unit<float>(lambent::derive_key(key, 1))};
+        return {lambent::to_unit<float>(lambent::derive_key(key, 0)),
+                lambent::to_unit<float>(lambent::derive_key(key, 1))};
     }
 
     decltype(lambent::triangles(std::declval<const std::vector<lambent::Vec3f>&>(),

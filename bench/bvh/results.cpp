@@ -85,7 +85,8 @@ std::string to_json(const Result& r) {
 }
 
 std::string to_text(const Result& r) {
-    std::string line = format("%-12s %-8s %-30s", short_name(r.scene).c_str(), short_name(r.ray_class).c_str(), name_of(r).c_str());
+    std::string line = format("%-12s %-8s %-30s", short_name(r.scene).c_str(), short_name(r.ray_class).c_str(),
+                              name_of(r).c_str());
     line += format(" %9.3f %-8s", r.rate, r.ray_class == "build" ? "Mtri/s" : "Mrays/s");
     if (r.ratio_to_embree > 0) line += format(" %6.3f of embree", r.ratio_to_embree);
     if (r.ratio_to_embree4 > 0) line += format(" %6.3f of embree4", r.ratio_to_embree4);
@@ -118,7 +119,8 @@ void Printer::print_summary_json() const {
             std::string line = head_json(*s.any, "geomean");
             line += format(",\"scenes\":%zu,\"wrong\":%zu,\"differing\":%zu", std::max(s.scenes, s4.scenes), s.wrong,
                            s.differing);
-            line += ",\"ratio_to_embree\":" + ratio_or("null", s.mean) + ",\"ratio_to_embree4\":" + ratio_or("null", s4.mean);
+            line += ",\"ratio_to_embree\":" + ratio_or("null", s.mean);
+            line += ",\"ratio_to_embree4\":" + ratio_or("null", s4.mean);
             line += ",\"worst_ratio\":" + ratio_or("null", s.worst) +
                     ",\"worst_scene\":" + (s.scenes > 0 ? quoted(s.worst_scene) : "null");
             std::printf("%s}\n", line.c_str());

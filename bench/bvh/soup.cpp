@@ -44,7 +44,8 @@ Soup read_soup(const std::string& path) {
     require(bytes.size() >= 4, [&] { return path + ": too short for a soup of triangles"; });
     const auto count = take<std::uint32_t>(bytes, 0);
     require(bytes.size() - 4 == count * triangle_bytes, [&] {
-        return path + ": " + std::to_string(count) + " triangles do not fill " + std::to_string(bytes.size()) + " bytes";
+        return path + ": " + std::to_string(count) + " triangles do not fill " + std::to_string(bytes.size()) +
+               " bytes";
     });
     Soup soup;
     soup.name = path;
@@ -83,7 +84,9 @@ RayClass read_rays(const std::string& path) {
 void write_rays(const std::string& path, const RayClass& rays) {
     Output out(path);
     out.put(std::array{rays_magic, std::uint32_t(rays.any), std::uint32_t(rays.rays.size()), 0u});
-    for (const Rayf& r : rays.rays)
-        out.put(std::array{r.origin.x, r.origin.y, r.origin.z, r.t_min, r.direction.x, r.direction.y, r.direction.z, r.t_max});
+    for (const Rayf& r : rays.rays) {
+        const Vec3f &o = r.origin, &d = r.direction;
+        out.put(std::array{o.x, o.y, o.z, r.t_min, d.x, d.y, d.z, r.t_max});
+    }
     out.close();
 }
