@@ -1,4 +1,5 @@
 #pragma once
+#include <lambent/bvh/packet.hpp>
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/leaves.hpp>
 #include <lambent/bvh/primitive.hpp>
@@ -12,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -71,6 +73,27 @@ public:
     template <HitFilter<T> Accept>
     bool occluded(const Ray<T>& ray, const Accept& accept) const {
         return bool(detail::traverse<detail::Query::any>(tree_, leaves_, ray, accept));
+    }
+
+    /// The nearest hit of each ray, to hits[i]; hits may be longer than rays. Several rays are under way at once, so
+    /// that none waits for memory: for rays in no order, faster than one at a time.
+    template <HitFilter<T> Accept = AcceptAll>
+    void intersect(std::span<const Ray<T>> rays, std::span<Hit<T>> hits, const Accept& accept = {}) const {
+        require(hits.size() >= rays.size(), [&] {
+            return "intersect: room for " + std::to_string(hits.size()) + " hits, but " + std::to_string(rays.size()) + " rays";
+        });
+        detail::traverse_batch<detail::Query::closest, T>(tree_, leaves_, accept, rays.size(), [&](std::size_t i) -> const Ray<T>& { return rays[i]; },
+                  [&](std::size_t i, const Hit<T>& hit) { hits[i] = hit; });
+    }
+
+    /// occluded[i]: whether ray i is.
+    template <HitFilter<T> Accept = AcceptAll>
+    void occluded(std::span<const Ray<T>> rays, std::span<bool> occluded, const Accept& accept = {}) const {
+        require(occluded.size() >= rays.size(), [&] {
+            return "occluded: room for " + std::to_string(occluded.size()) + " answers, but " + std::to_string(rays.size()) + " rays";
+        });
+        detail::traverse_batch<detail::Query::any, T>(tree_, leaves_, accept, rays.size(), [&](std::size_t i) -> const Ray<T>& { return rays[i]; },
+                  [&](std::size_t i, const Hit<T>& hit) { occluded[i] = bool(hit); });
     }
 
     bool empty() const { return tree_.nodes.empty(); }

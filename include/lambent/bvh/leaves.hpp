@@ -54,12 +54,14 @@ struct StoredTriangles {
 
     struct Query {
         ShearedRay<T> ray;
-        Pack<T, 4> t_min;
+        T t_min;
 
-        explicit Query(const Ray<T>& r) : ray(r), t_min(r.t_min) {}
+        Query() = default;
+        [[gnu::always_inline]] explicit Query(const Ray<T>& r) : ray(r), t_min(r.t_min) {}
     };
 
     template <class Set> static constexpr bool holds = TrianglesOf<Set, T>;
+    static constexpr bool has_packets = true;
 
     StoredTriangles() = default;
     template <TriangleSet Mesh> explicit StoredTriangles(const Mesh&) {}
@@ -87,21 +89,25 @@ struct StoredTriangles {
     }
 
     template <detail::Query query, class Accept>
-    bool meet(const Query& q, const Block* block, int count, const Accept& accept, Hit<T>& hit) const {
+    [[gnu::always_inline]] bool meet(const Query& q, const Block* block, int count, const Accept& accept, Hit<T>& hit) const {
+        return count == 1 ? meet_lanes<query, 4>(q, block, accept, hit) : meet_lanes<query, 8>(q, block, accept, hit);
+    }
+
+private:
+    template <detail::Query query, int N, class Accept>
+    [[gnu::always_inline]] static bool meet_lanes(const Query& q, const Block* block, const Accept& accept, Hit<T>& hit) {
+        const BlockHit<T, N> found = intersect<N>(q.ray, block, q.t_min, hit.t);
         bool nearer = false;
-        for (const Block* const end = block + count; block != end; ++block) {
-            const BlockHit<T> found = intersect(q.ray, *block, q.t_min, Pack<T, 4>(hit.t));
-            for (unsigned lanes = bits(found.mask); lanes != 0; lanes &= lanes - 1) {
-                const int lane = std::countr_zero(lanes);
-                const T t = found.t[lane];
-                if (!(t < hit.t)) continue; // an earlier lane is nearer
-                const T u = found.u[lane], v = found.v[lane];
-                const std::uint32_t primitive = block->primitive[lane];
-                if (!accept(primitive, u, v, t)) continue;
-                hit = {.t = t, .u = u, .v = v, .primitive = primitive};
-                if constexpr (query == detail::Query::any) return true;
-                nearer = true;
-            }
+        for (unsigned lanes = bits(found.mask); lanes != 0; lanes &= lanes - 1) {
+            const int lane = std::countr_zero(lanes);
+            const T t = found.t[lane];
+            if (!(t < hit.t)) continue; // an earlier lane is nearer
+            const T u = found.u[lane], v = found.v[lane];
+            const std::uint32_t primitive = block[lane / 4].primitive[lane % 4];
+            if (!accept(primitive, u, v, t)) continue;
+            hit = {.t = t, .u = u, .v = v, .primitive = primitive};
+            if constexpr (query == detail::Query::any) return true;
+            nearer = true;
         }
         return nearer;
     }

@@ -2,6 +2,7 @@
 #include <lambent/bvh/builders.hpp>
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/memory.hpp>
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -41,6 +42,7 @@ struct WideTree {
     LargeArray<WideNode<T>> nodes;
     LargeArray<Block> blocks;
     Bounds3<T> bounds;
+    alignas(4 * sizeof(T)) T center[4] = {}, half_size[4] = {}; ///< of bounds, for rays' set-up
     std::size_t dropped = 0;
     std::size_t primitives = 0;
 };
@@ -68,6 +70,8 @@ public:
         for (int k = 0; k < 3; ++k) {
             wide.bounds.min[k] = tree_.nodes[0].box.lo[k];
             wide.bounds.max[k] = tree_.nodes[0].box.hi[k];
+            wide.center[k] = wide.bounds.min[k] / 2 + wide.bounds.max[k] / 2;
+            wide.half_size[k] = wide.bounds.max[k] / 2 - wide.bounds.min[k] / 2;
         }
         for (std::size_t i = plans_.size(); i-- > 0;) plan(i); // children come after their parent
         wide.nodes.reserve(plans_.size() / 4 + 1);
@@ -159,6 +163,11 @@ private:
             } else {
                 gather(binary, width, true, children, count);
             }
+            // Any-hit queries go by the lanes' order: what lies in a small box is the likelier to be hit.
+            std::sort(children, children + count, [&](std::uint32_t a, std::uint32_t b) {
+                const T area_a = tree_.nodes[a].box.half_area(), area_b = tree_.nodes[b].box.half_area();
+                return area_a < area_b || (area_a == area_b && a < b);
+            });
             for (int lane = 0; lane < width; ++lane) {
                 const PackBox<T> box = lane < count ? tree_.nodes[children[lane]].box : PackBox<T>{};
                 for (int axis = 0; axis < 3; ++axis) {
