@@ -29,6 +29,7 @@
 #include <lambent/core/error.hpp>
 #include <lambent/core/exp.hpp>
 #include <lambent/core/frame.hpp>
+#include <lambent/core/memory.hpp>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/parallel.hpp>
 #include <lambent/core/ray.hpp>
