@@ -110,7 +110,53 @@ TEST_CASE_TEMPLATE("Batches honour filters, and refuse too few places for their 
     CHECK(found > rays.size() / 10);
     CHECK(wrong == 0);
     hits.resize(rays.size() - 1);
-    CHECK_THROWS_WITH_AS(bvh.intersect(std::span<const Ray<T>>(rays), hits), "intersect: room for 19999 hits, but 20000 rays", Error);
+    CHECK_THROWS_WITH_AS(bvh.intersect(std::span<const Ray<T>>(rays), hits), "Bvh: room for 19999 answers to 20000 rays", Error);
+}
+
+TEST_CASE_TEMPLATE("Batches take rays of the caller's own type", T, float, double) {
+    struct Mine {
+        T values[7];
+    };
+    const lambent_test::Mesh<T> mesh = sphere<T>(40, 30, 0.2, 1);
+    const auto bvh = BasicBvh<T>::build(triangles(mesh.vertices, mesh.faces));
+    std::vector<Mine> rays;
+    for (const Ray<T>& r : batch(mesh, 5000, 4))
+        rays.push_back({{r.origin.x, r.origin.y, r.origin.z, r.direction.x, r.direction.y, r.direction.z, r.t_max}});
+    const auto as_ray = [](const Mine& m) {
+        return Ray<T>{{m.values[0], m.values[1], m.values[2]}, {m.values[3], m.values[4], m.values[5]}, 0, m.values[6]};
+    };
+    std::vector<Hit<T>> hits(rays.size());
+    const std::unique_ptr<bool[]> occluded(new bool[rays.size()]);
+    bvh.intersect(std::span<const Mine>(rays), hits, as_ray);
+    bvh.occluded(std::span<const Mine>(rays), std::span<bool>(occluded.get(), rays.size()), as_ray);
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        found += std::size_t(bool(hits[i]));
+        CHECK(hits[i].t == bvh.intersect(as_ray(rays[i])).t);
+        CHECK(occluded[i] == bool(hits[i]));
+    }
+    CHECK(found > 1000);
+}
+
+TEST_CASE_TEMPLATE("Trees too large for the caches answer interleaved rays as single ones", T, float, double) {
+    const lambent_test::Mesh<T> mesh = soup<T>(sizeof(T) == 4 ? 700000 : 350000, 0.01, 6);
+    const auto bvh = BasicBvh<T>::build(triangles(mesh.vertices, mesh.faces), {.quality = BuildQuality::fast});
+    const auto& tree = bvh.tree();
+    REQUIRE(tree.nodes.size() * sizeof(tree.nodes[0]) + tree.blocks.size() * sizeof(tree.blocks[0]) >
+            detail::large_tree<detail::Query::any>);
+    const std::vector<Ray<T>> rays = batch(mesh, 20000, 9);
+    std::vector<Hit<T>> hits(rays.size());
+    const std::unique_ptr<bool[]> occluded(new bool[rays.size()]);
+    bvh.intersect(std::span<const Ray<T>>(rays), hits);
+    bvh.occluded(std::span<const Ray<T>>(rays), std::span<bool>(occluded.get(), rays.size()));
+    std::size_t wrong = 0, found = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const Hit<T> single = bvh.intersect(rays[i]);
+        found += std::size_t(bool(single));
+        wrong += std::size_t(hits[i].t != single.t || occluded[i] != bool(single));
+    }
+    CHECK(found > 5000);
+    CHECK(wrong == 0);
 }
 
 TEST_CASE_TEMPLATE("An empty tree answers a batch", T, float, double) {

@@ -23,12 +23,12 @@ public:
     Interleaved(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Accept& accept)
         : tree_(tree), leaves_(leaves), accept_(accept) {}
 
-    /// ray_of(i) -> Ray<T> for i in [begin, end); report(i, hit), once for each, in no order
+    /// ray_of(i) -> Ray<T> for i < end; report(i, hit), once for each, in no order
     template <class RayOf, class Report>
-    [[gnu::noinline]] void run(std::size_t begin, std::size_t end, const RayOf& ray_of, const Report& report) {
+    [[gnu::noinline]] void run(std::size_t end, const RayOf& ray_of, const Report& report) {
         Walk *at_node[lanes], *at_leaf[lanes];
         int node_count = 0, leaf_count = 0;
-        std::size_t next = begin;
+        std::size_t next = 0;
         const auto start = [&](Walk& walk) {
             while (next < end) {
                 const std::size_t i = next++;
@@ -108,13 +108,17 @@ private:
             return true;
         }
 
-        /// Puts the children that the ray meets on the stack, the nearest on top.
+        /// Puts the children that the ray meets on the stack: the nearest on top, or for Query::any the first.
         [[gnu::always_inline]] void enter(const WideNode<T>& node) {
             Pack<T, node_width<T>> entry;
             const Mask<T, node_width<T>> mask = slabs.meets(node, limit, entry);
-            const auto order = sorted_descending(select(mask, tagged(entry), Pack<T, node_width<T>>(T(-0.0))));
-            order.store(distances + top);
-            look_up(order, node.child, children + top);
+            if constexpr (query == Query::any) {
+                compress_descending<node_width<T>>(bits(mask), node.child, children + top);
+            } else {
+                const auto order = sorted_descending(select(mask, tagged(entry), Pack<T, node_width<T>>(T(-0.0))));
+                order.store(distances + top);
+                look_up(order, node.child, children + top);
+            }
             top += std::uint32_t(std::popcount(bits(mask)));
         }
     };

@@ -105,25 +105,31 @@ public:
         return bool(detail::traverse<detail::Query::any>(tree_, leaves_, ray, accept));
     }
 
-    /// The nearest hit of each ray, to hits[i]; hits may be longer than rays. Several rays are under way at once, so
-    /// that none waits for memory: for rays in no order, faster than one at a time.
+    /// The nearest hit of each ray, to hits[i], which may be longer than rays. To the bit what single rays answer, but
+    /// that of hits at the same t either may be it. Rays that go the same way (a tile of a camera's) share their way
+    /// through the tree, if they lie side by side in the batch; in a tree that is large for the processor's caches the
+    /// others are interleaved, so that none waits for memory. The rest are traced one by one.
+    /// throws  lambent::Error if hits is too short, before any is written
     template <HitFilter<T> Accept = AcceptAll>
     void intersect(std::span<const Ray<T>> rays, std::span<Hit<T>> hits, const Accept& accept = {}) const {
-        require(hits.size() >= rays.size(), [&] {
-            return "intersect: room for " + std::to_string(hits.size()) + " hits, but " + std::to_string(rays.size()) + " rays";
-        });
-        detail::traverse_batch<detail::Query::closest, T>(tree_, leaves_, accept, rays.size(), [&](std::size_t i) -> const Ray<T>& { return rays[i]; },
-                  [&](std::size_t i, const Hit<T>& hit) { hits[i] = hit; });
+        intersect(rays, hits, AsIs{}, accept);
+    }
+    /// The same for rays of your own type: `projection` makes a Ray<T> of one.
+    template <class R, RayProjection<R, T> Projection, HitFilter<T> Accept = AcceptAll>
+    void intersect(std::span<const R> rays, std::span<Hit<T>> hits, const Projection& projection,
+                   const Accept& accept = {}) const {
+        batch<detail::Query::closest>(rays, hits, projection, accept, [](const Hit<T>& hit) { return hit; });
     }
 
-    /// occluded[i]: whether ray i is.
+    /// occluded[i]: whether ray i is. As for intersect().
     template <HitFilter<T> Accept = AcceptAll>
     void occluded(std::span<const Ray<T>> rays, std::span<bool> occluded, const Accept& accept = {}) const {
-        require(occluded.size() >= rays.size(), [&] {
-            return "occluded: room for " + std::to_string(occluded.size()) + " answers, but " + std::to_string(rays.size()) + " rays";
-        });
-        detail::traverse_batch<detail::Query::any, T>(tree_, leaves_, accept, rays.size(), [&](std::size_t i) -> const Ray<T>& { return rays[i]; },
-                  [&](std::size_t i, const Hit<T>& hit) { occluded[i] = bool(hit); });
+        this->occluded(rays, occluded, AsIs{}, accept);
+    }
+    template <class R, RayProjection<R, T> Projection, HitFilter<T> Accept = AcceptAll>
+    void occluded(std::span<const R> rays, std::span<bool> occluded, const Projection& projection,
+                  const Accept& accept = {}) const {
+        batch<detail::Query::any>(rays, occluded, projection, accept, [](const Hit<T>& hit) { return bool(hit); });
     }
 
     /// The same for rays of your own type: `projection` makes a Ray<T> of one.
@@ -161,6 +167,24 @@ public:
 
 private:
     friend struct detail::SavedTree<BasicBvh>;
+
+    struct AsIs {
+        const Ray<T>& operator()(const Ray<T>& ray) const { return ray; }
+    };
+
+    template <detail::Query query, class R, class Answer, class Projection, class Accept, class Convert>
+    void batch(std::span<const R> rays, std::span<Answer> answers, const Projection& projection, const Accept& accept,
+               const Convert& convert) const {
+        check_rules<Accept>();
+        require(answers.size() >= rays.size(), [&] {
+            return "Bvh: room for " + std::to_string(answers.size()) + " answers to " + std::to_string(rays.size()) + " rays";
+        });
+        require(rays.size() < 0xffffffffu, "Bvh: a batch of 2^32 rays or more");
+        detail::traverse_batch<query, T>(
+            tree_, leaves_, accept, rays.size(),
+            [&](std::size_t i) -> decltype(auto) { return projection(rays[i]); },
+            [&](std::size_t i, const Hit<T>& hit) { answers[i] = convert(hit); });
+    }
 
     template <class Accept>
     static void check_rules() {

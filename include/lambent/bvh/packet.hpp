@@ -45,6 +45,23 @@ public:
         return usable ? std::uint8_t(signs | axis << 3) : no_kind;
     }
 
+    /// Whether a few of the rays go so much the same way that it is worth looking at all.
+    template <class RayOf>
+    static bool promising(const std::uint32_t* indices, int count, std::uint8_t kind, const RayOf& ray_of) {
+        const int kz = kind >> 3;
+        const auto component = [](const Vec3<T>& v, int k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; };
+        const auto slope = [&](int i) {
+            const Vec3<T> d = ray_of(indices[i]).direction;
+            return d / std::abs(component(d, kz));
+        };
+        const Vec3<T> first = slope(0);
+        for (int i = 1; i <= 4; ++i) {
+            const Vec3<T> difference = slope(i * (count - 1) / 4) - first;
+            if (!(max_component(glm::abs(difference)) <= widest)) return false;
+        }
+        return true;
+    }
+
     /// Takes `count` rays of one kind; false, and nothing done, if they are too different for it to pay.
     template <class RayOf>
     [[gnu::noinline]] bool gather(const std::uint32_t* indices, int count, std::uint8_t kind, const RayOf& ray_of) {
@@ -284,14 +301,30 @@ private:
     std::uint32_t primitive_[capacity];
 };
 
-/// All of a batch: rays that go the same way in packets, the others interleaved.
+/// From how many bytes on a tree is so far from the processor that interleaved rays gain more by waiting together than
+/// they lose in steps; below, single rays are the faster ones. Any-hit rays wait for less.
+/// measured  on cores with 1 MiB and less of their own cache
+template <Query query>
+inline constexpr std::size_t large_tree = query == Query::any ? std::size_t(32) << 20 : std::size_t(12) << 20;
+
+/// All of a batch: rays that go the same way in packets, the others interleaved or one by one.
 template <Query query, class T, class Leaves, class Accept, class RayOf, class Report>
 void traverse_batch(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Accept& accept,
                     std::size_t count, const RayOf& ray_of, const Report& report) {
-    Interleaved<query, T, Leaves, Accept> interleaved(tree, leaves, accept);
+    const std::size_t bytes =
+        tree.nodes.size() * sizeof(WideNode<T>) + tree.blocks.size() * sizeof(typename Leaves::Block);
+    const auto scattered = [&](std::size_t n, const auto& ray, const auto& tell) {
+        if (n > Interleaved<query, T, Leaves, Accept>::lanes && bytes > large_tree<query>) {
+            Interleaved<query, T, Leaves, Accept> interleaved(tree, leaves, accept);
+            interleaved.run(n, ray, tell);
+        } else {
+            for (std::size_t i = 0; i < n; ++i) tell(i, traverse<query>(tree, leaves, ray(i), accept));
+        }
+    };
     if constexpr (!requires { Leaves::has_packets; }) {
-        interleaved.run(0, count, ray_of, report);
+        scattered(count, ray_of, report);
     } else {
+        if (tree.nodes.empty()) return scattered(count, ray_of, report);
         using Bundle = Packet<query, T, Leaves, Accept>;
         constexpr std::size_t chunk = Bundle::capacity;
         constexpr int fewest = 12; // rays that make a packet worthwhile
@@ -299,8 +332,8 @@ void traverse_batch(const WideTree<T, typename Leaves::Block>& tree, const Leave
         std::uint32_t rest[16 * chunk];
         std::size_t rest_count = 0;
         const auto flush = [&] {
-            interleaved.run(
-                0, rest_count, [&](std::size_t i) -> const Ray<T>& { return ray_of(rest[i]); },
+            scattered(
+                rest_count, [&](std::size_t i) -> decltype(auto) { return ray_of(rest[i]); },
                 [&](std::size_t i, const Hit<T>& hit) { report(rest[i], hit); });
             rest_count = 0;
         };
@@ -309,7 +342,7 @@ void traverse_batch(const WideTree<T, typename Leaves::Block>& tree, const Leave
             std::uint8_t kinds[chunk];
             for (int i = 0; i < size; ++i) kinds[i] = Bundle::kind(ray_of(begin + std::size_t(i)));
             std::uint64_t open = size == 64 ? ~0ull : (1ull << size) - 1;
-            while (open != 0 && !tree.nodes.empty()) {
+            while (open != 0) {
                 const std::uint8_t kind = kinds[std::countr_zero(open)];
                 std::uint32_t members[chunk];
                 int member_count = 0;
@@ -320,15 +353,15 @@ void traverse_batch(const WideTree<T, typename Leaves::Block>& tree, const Leave
                     member_count += same ? 1 : 0;
                     open ^= same ? left & (~left + 1) : 0;
                 }
-                if (kind != Bundle::no_kind && member_count >= fewest && packet.gather(members, member_count, kind, ray_of)) {
+                if (kind != Bundle::no_kind && member_count >= fewest &&
+                    Bundle::promising(members, member_count, kind, ray_of) &&
+                    packet.gather(members, member_count, kind, ray_of)) {
                     packet.run();
                     for (int i = 0; i < member_count; ++i) report(members[i], packet.hit(i));
                 } else {
                     for (int i = 0; i < member_count; ++i) rest[rest_count++] = members[i];
                 }
             }
-            if (tree.nodes.empty())
-                for (int i = 0; i < size; ++i) report(begin + std::size_t(i), Hit<T>());
             if (rest_count + chunk > std::size(rest)) flush();
         }
         flush();

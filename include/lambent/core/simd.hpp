@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/core/config.hpp>
 #include <lambent/core/numerics.hpp>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <concepts>
@@ -343,6 +344,35 @@ template <class T, int N>
     using Ints = typename Mask<T, N>::Vector;
     const Ints v = Ints(sorted.v);
     for (int i = 0; i < N; ++i) to[i] = table[v[i] & (N - 1)];
+}
+
+namespace detail {
+/// For each set of lanes of eight, these lanes from the highest to the lowest, one a byte.
+inline constexpr auto descending_lanes = [] {
+    std::array<std::uint64_t, 256> table{};
+    for (unsigned set = 0; set < 256; ++set)
+        for (int lane = 7, place = 0; lane >= 0; --lane)
+            if ((set >> lane & 1u) != 0) table[set] |= std::uint64_t(lane) << (8 * place++);
+    return table;
+}();
+} // namespace detail
+
+/// Writes table[lane] for the lanes in `set`, the highest lane first, without branches; up to N places are overwritten.
+template <int N>
+[[gnu::always_inline]] inline void compress_descending(unsigned set, const std::uint32_t* table, std::uint32_t* to) {
+#if defined(__AVX2__)
+    if constexpr (N == 8) {
+        const __m256i lanes =
+            _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(&detail::descending_lanes[set])));
+        const __m256i values = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(table));
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permutevar8x32_epi32(values, lanes));
+        return;
+    }
+#endif
+    for (int lane = N - 1, place = 0; lane >= 0; --lane) {
+        to[place] = table[lane];
+        place += int(set >> lane & 1u);
+    }
 }
 
 /// One bit a lane, lane 0 lowest.
