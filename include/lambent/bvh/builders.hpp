@@ -1,6 +1,8 @@
 #pragma once
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/error.hpp>
+#include <lambent/core/memory.hpp>
+#include <lambent/core/numerics.hpp>
 #include <lambent/core/parallel.hpp>
 #include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
@@ -21,6 +23,8 @@ inline namespace LAMBENT_ABI {
 enum class BuildQuality : std::uint8_t {
     fast,     ///< binned splits
     balanced, ///< and then the largest subtrees moved to better places
+    best,     ///< and triangles that boxes fit badly cut at planes: they then lie in several leaves. For sets other
+              ///< than of triangles the same as balanced
 };
 
 /// How a tree is made. The defaults are what the benchmarks are run with.
@@ -32,41 +36,81 @@ struct BuildOptions {
 
 namespace detail {
 
-/// A box with room for a fourth, unused lane.
+/// A box by its low end and its negated high end: a min makes both grow. In one register, where they are that wide.
+/// Lanes 3 and 7 are unused.
 template <class T>
 struct PackBox {
-    Pack<T, 4> lo = std::numeric_limits<T>::infinity();
-    Pack<T, 4> hi = -std::numeric_limits<T>::infinity();
+    static constexpr int width = native_width<T> >= 8 ? 8 : 4, parts = 8 / width;
+    using Lanes = Pack<T, 4>;
+    Pack<T, width> part[std::size_t(parts)];
+
+    PackBox() : PackBox(std::numeric_limits<T>::infinity()) {}
+    explicit PackBox(T x) {
+        for (auto& p : part) p = x;
+    }
+    PackBox(Lanes low, Lanes minus_high) {
+        if constexpr (parts == 1) {
+            part[0] = join(low, minus_high);
+        } else {
+            part[0] = low;
+            part[1] = minus_high;
+        }
+    }
+    static PackBox load(const void* from) {
+        PackBox b;
+        std::memcpy(static_cast<void*>(&b.part), from, sizeof(b.part));
+        return b;
+    }
+    void store(void* to) const { std::memcpy(to, static_cast<const void*>(&part), sizeof(part)); }
+
+    Lanes low() const {
+        if constexpr (parts == 1) return low_half(part[0]);
+        else return part[0];
+    }
+    Lanes minus_high() const {
+        if constexpr (parts == 1) return high_half(part[0]);
+        else return part[1];
+    }
+    T lo(int axis) const { return low()[axis]; }
+    T hi(int axis) const { return -minus_high()[axis]; }
 
     void add(const PackBox& b) {
-        lo = min(lo, b.lo);
-        hi = max(hi, b.hi);
+        for (int i = 0; i < parts; ++i) part[i] = min(part[i], b.part[i]);
     }
+    void intersect(const PackBox& b) {
+        for (int i = 0; i < parts; ++i) part[i] = max(part[i], b.part[i]);
+    }
+    friend PackBox operator+(PackBox a, const PackBox& b) {
+        for (int i = 0; i < parts; ++i) a.part[i] += b.part[i];
+        return a;
+    }
+    Lanes minus_size() const { return low() + minus_high(); }
+    bool empty() const { return (bits(minus_size() > Lanes(T(0))) & 7u) != 0; }
     T half_area() const {
-        const Pack<T, 4> d = hi - lo;
+        const Lanes d = minus_size(); // the signs cancel
         return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+    }
+    /// Twice the centre, as a box. Beyond half of the largest number it is infinite: bins then hold too much.
+    PackBox center() const {
+        const Lanes c = low() - minus_high();
+        return {c, -c};
     }
 };
 
-/// What the builder moves about in place of a triangle.
+/// What the builder moves about in place of a triangle. The lane of the name holds no denormal number, with which
+/// arithmetic would be slow.
 template <class T>
-struct alignas(4 * sizeof(T)) Reference {
+struct alignas(16) Reference {
+    using Bits = typename FloatBits<T>::Type;
+    static constexpr Bits tag = Bits(1) << (8 * sizeof(T) - 2);
     T lo[3];
-    std::uint32_t primitive;
-    T hi[3];
-    std::uint32_t unused = 0;
+    Bits name;
+    T minus_hi[3];
+    T unused = 0;
 
-    PackBox<T> box() const { return {part(0), part(1)}; }
-    /// Twice the centre; half of each, so that the sum is finite.
-    Pack<T, 4> center() const { return part(0) * Pack<T, 4>(T(0.5)) + part(1) * Pack<T, 4>(T(0.5)); }
-
-private:
-    Pack<T, 4> part(int i) const { // the fourth lane is whatever follows the three
-        Pack<T, 4> p;
-        std::memcpy(&p.v, reinterpret_cast<const unsigned char*>(this) + i * int(4 * sizeof(T)), 4 * sizeof(T));
-        p.set(3, 0);
-        return p;
-    }
+    void set_primitive(std::size_t i) { name = tag | Bits(i); }
+    std::uint32_t primitive() const { return std::uint32_t(name & ~tag); }
+    PackBox<T> box() const { return PackBox<T>::load(this); }
 };
 
 /// A node of the binary tree from which the wide one is made. Its triangles are references [first, first +
@@ -80,179 +124,307 @@ struct BinaryNode {
 
 template <class T>
 struct BinaryTree {
-    std::vector<BinaryNode<T>> nodes;
-    std::vector<Reference<T>> references;
+    LargeArray<BinaryNode<T>> nodes;
+    LargeArray<Reference<T>> references;
     std::size_t dropped = 0;
+    std::size_t duplicates = 0; ///< references to primitives that have another: of primitives cut at planes
 };
 
 /// Leaves::bounds(set, i, box) is false for a primitive that is to be left out.
 template <class Leaves, class Set, class E>
-std::vector<Reference<typename Leaves::Scalar>> make_references(const Set& set, E& executor) {
+LargeArray<Reference<typename Leaves::Scalar>> make_references(const Set& set, E& executor) {
     using T = typename Leaves::Scalar;
     const std::size_t n = set.count();
-    std::vector<Reference<T>> references(n);
+    LargeArray<Reference<T>> references(n);
     executor.parallel_for(n, 1 << 14, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             Reference<T>& r = references[i];
             Bounds3<T> box;
             if (!Leaves::bounds(set, i, box)) {
-                r.primitive = no_primitive;
+                r.name = no_primitive;
                 continue;
             }
             for (int k = 0; k < 3; ++k) {
                 r.lo[k] = box.min[k];
-                r.hi[k] = box.max[k];
+                r.minus_hi[k] = -box.max[k];
             }
-            r.primitive = std::uint32_t(i);
+            r.set_primitive(i);
         }
     });
-    std::erase_if(references, [](const Reference<T>& r) { return r.primitive == no_primitive; });
+    std::erase_if(references, [](const Reference<T>& r) { return r.name == no_primitive; });
     return references;
 }
 
-/// Top-down splits by the surface-area heuristic over equally spaced bins of the centres.
-/// source  Wald, "On fast construction of SAH-based bounding volume hierarchies" (2007)
+/// A plane between bins of centres.
 template <class T>
+struct ObjectPlane {
+    Pack<T, 4> origin, scale; ///< of the bins
+    int axis = -1, bin = 0;   ///< bins up to and with this one go left; axis -1: no plane parts the centres
+    T cost = std::numeric_limits<T>::max();
+};
+
+/// The two sides of a split.
+template <class T>
+struct Halves {
+    PackBox<T> box[2], centers[2];
+    std::uint32_t count[2] = {};
+};
+
+/// Triangles are tested four at a time; between whole blocks a fraction still counts, for what splits further down
+/// can make of it.
+template <class X>
+inline X blocks(X count) {
+    return (count + X(3)) * X(0.25f);
+}
+
+/// Every primitive stays whole. Another policy: SpatialSplits.
+struct NoSplits {
+    static constexpr bool possible = false;
+};
+
+/// Top-down splits by the surface-area heuristic over equally spaced bins of the centres. References are moved
+/// from one of two buffers to the other at every split; those of leaves end up in the first.
+/// source  Wald, "On fast construction of SAH-based bounding volume hierarchies" (2007)
+template <class T, class Splits>
 class BinnedBuilder {
 public:
     static constexpr std::uint32_t leaf_size = 4;  ///< one block; the collapse joins leaves where that pays
-    static constexpr int max_binned_depth = 64;    ///< below it ranges are halved: never deeper than 64 + 32
+    static constexpr int max_binned_depth = 64;    ///< below it ranges are halved: never deeper than 64 + 28
 
-    explicit BinnedBuilder(const BuildOptions& options) : bins_(options.bins) {}
+    /// A node still to be split, its box known. Its references lie in buffer[which][first, first + count), and those
+    /// that are made of them may lie in [low, high).
+    struct Range {
+        PackBox<T> centers;
+        std::uint32_t node, first, count, low, high;
+        int depth, which;
+    };
 
-    /// Appends the tree over references [first, first + count) below `nodes[root]`, whose range is set.
-    void build(std::vector<BinaryNode<T>>& nodes, std::vector<Reference<T>>& references, std::uint32_t root,
-               int depth) {
-        struct Task {
-            std::uint32_t node;
-            int depth;
-        };
-        std::vector<Task> stack{{root, depth}};
+    BinnedBuilder(const BuildOptions& options, Reference<T>* references, Reference<T>* spare, const Splits& splits)
+        : bins_(options.bins), buffer_{references, spare}, splits_(splits) {}
+
+    /// Appends the tree below the range's node.
+    void build(LargeArray<BinaryNode<T>>& nodes, const Range& root) {
+        std::vector<Range> stack{root};
         while (!stack.empty()) {
-            const Task task = stack.back();
+            const Range range = stack.back();
             stack.pop_back();
-            if (!split(nodes, references, task.node, task.depth)) continue;
-            const std::uint32_t left = nodes[task.node].left;
-            stack.push_back({left + 1, task.depth + 1});
-            stack.push_back({left, task.depth + 1});
+            Range children[2];
+            if (!split(nodes, range, children)) continue;
+            stack.push_back(children[1]);
+            stack.push_back(children[0]);
         }
     }
 
-    /// Sets the node's box, and makes its two children unless it is a leaf.
-    bool split(std::vector<BinaryNode<T>>& nodes, std::vector<Reference<T>>& references, std::uint32_t index,
-               int depth) {
-        const std::uint32_t first = nodes[index].first, count = nodes[index].count;
-        Reference<T>* const begin = references.data() + first;
-        Reference<T>* const end = begin + count;
-        PackBox<T> box, centers;
-        for (const Reference<T>* r = begin; r != end; ++r) {
-            const Pack<T, 4> c = r->center();
-            box.add(r->box());
-            centers.add({c, c});
+    /// Makes the node's two children unless it is a leaf.
+    bool split(LargeArray<BinaryNode<T>>& nodes, const Range& range, Range* children) {
+        Reference<T>* const from = buffer_[range.which] + range.first;
+        Reference<T>* const end = from + range.count;
+        if (range.count <= leaf_size) {
+            if (range.which == 1) std::copy(from, end, buffer_[0] + range.first);
+            return false;
         }
-        nodes[index].box = box;
-        if (count <= leaf_size) return false;
-
-        Reference<T>* middle = depth < max_binned_depth ? partition_by_bins(begin, end, centers) : nullptr;
-        if (middle == nullptr) middle = halve(begin, end, centers);
-        const std::uint32_t left = std::uint32_t(nodes.size());
-        nodes[index].left = left;
-        const std::uint32_t left_count = std::uint32_t(middle - begin);
-        nodes.push_back({.box = {}, .first = first, .count = left_count, .left = 0});
-        nodes.push_back({.box = {}, .first = first + left_count, .count = count - left_count, .left = 0});
+        Halves<T> halves;
+        const bool moved = range.depth < max_binned_depth && move(nodes[range.node].box, range, halves);
+        if (!moved) halve(from, end, range.centers, halves);
+        // Left ones lie at the low end of the other buffer's range and right ones at its high end; or all where they
+        // were. What is free is shared out by their numbers.
+        const int which = moved ? 1 - range.which : range.which;
+        const std::uint32_t* const count = halves.count;
+        std::uint32_t first[2] = {range.low, range.high - count[1]}, border = range.low + count[0];
+        if (moved) {
+            border += std::uint32_t(std::uint64_t(first[1] - border) * count[0] / (count[0] + count[1]));
+        } else {
+            first[0] = range.first;
+            first[1] = border = range.first + count[0];
+        }
+        const std::uint32_t left = std::uint32_t(nodes.size()), limits[3] = {range.low, border, range.high};
+        nodes[range.node].left = left;
+        for (std::uint32_t k = 0; k < 2; ++k) {
+            nodes.push_back({.box = halves.box[k], .first = first[k], .count = count[k], .left = 0});
+            children[k] = {halves.centers[k], left + k,       first[k], count[k], limits[k], limits[k + 1],
+                           range.depth + 1,   which};
+        }
         return true;
     }
 
 private:
     static constexpr int max_bins = 32;
+    using Lanes = Pack<T, 4>;
+    using Counts = Pack<std::int32_t, 4>;
 
-    struct Binning {
-        Pack<T, 4> origin, scale;
-        int last;
+    struct Bin {
+        PackBox<T> box[3]; ///< by axis
+        Counts count = 0;
+    };
 
-        int of(Pack<T, 4> center, int axis) const {
-            const T x = (center[axis] - origin[axis]) * scale[axis];
-            return x > 0 ? (x < T(last) ? int(x) : last) : 0; // NaN goes to 0
+    /// To the other buffer, by the cheapest plane; false where there is none.
+    bool move(const PackBox<T>& box, const Range& range, Halves<T>& halves) {
+        const Reference<T>* const from = buffer_[range.which] + range.first;
+        const Reference<T>* const end = from + range.count;
+        Reference<T>* const to = buffer_[1 - range.which];
+        const ObjectPlane<T> plane = find_plane(from, end, range.centers, halves);
+        if constexpr (Splits::possible) {
+            if (splits_.split(from, end, to + range.low, to + range.high, box, plane.cost, halves)) return true;
+        }
+        if (plane.axis < 0) return false;
+        partition(from, end, to + range.low, to + range.high, plane, halves);
+        return true;
+    }
+
+    /// Which of the bins along each axis a centre is in, before the fraction is cut off; 0 for NaN. The same bits
+    /// wherever it is compiled in: children's boxes are put together from bins.
+    static Lanes bin_of(Lanes center, const ObjectPlane<T>& plane) {
+        const Lanes offset = opaque(opaque(center) - plane.origin);
+        return opaque(max(offset * plane.scale, Lanes(T(0))));
+    }
+
+    /// What lies on one side of a plane along each axis.
+    struct Side {
+        PackBox<T> box[3];
+        Counts count = 0;
+
+        /// The cost with one more bin, by axis.
+        Lanes add(const Bin& bin) {
+            Lanes size[3] = {T(0), T(0), T(0)};
+            for (int axis = 0; axis < 3; ++axis) {
+                box[axis].add(bin.box[axis]);
+                const Lanes d = box[axis].minus_size(); // the signs cancel
+                for (int k = 0; k < 3; ++k) size[k].set(axis, d[k]);
+            }
+            count += bin.count;
+            return (size[0] * size[1] + (size[0] + size[1]) * size[2]) * blocks(convert<T>(count));
         }
     };
 
-    /// Returns nullptr where no plane parts the centres.
-    Reference<T>* partition_by_bins(Reference<T>* begin, Reference<T>* end, const PackBox<T>& centers) {
+    /// Fills in the halves' boxes.
+    ObjectPlane<T> find_plane(const Reference<T>* begin, const Reference<T>* end, const PackBox<T>& centers,
+                              Halves<T>& halves) {
         const int bins = std::min(bins_, 4 + int((end - begin) / 4)); // few triangles need few bins
-        Binning binning{centers.lo, (T(bins) * T(0.9999)) / (centers.hi - centers.lo), bins - 1};
-        for (int axis = 0; axis < 3; ++axis)
-            if (!(centers.hi[axis] > centers.lo[axis]) || !is_finite(binning.scale[axis])) binning.scale.set(axis, 0);
-        for (int axis = 0; axis < 3; ++axis)
-            for (int i = 0; i < bins; ++i) {
-                boxes_[axis][i] = {};
-                counts_[axis][i] = 0;
-            }
+        const Lanes low = centers.low(), size = -centers.minus_size();
+        ObjectPlane<T> plane{low, (T(bins) * T(0.9999)) / size};
+        for (int axis = 0; axis < 4; ++axis)
+            if (axis == 3 || !(size[axis] > 0) || !is_finite(plane.scale[axis])) plane.scale.set(axis, 0);
+        plane.origin.set(3, 0);
+        for (int i = 0; i < bins; ++i)
+            bin_[i] = {};
         for (const Reference<T>* r = begin; r != end; ++r) {
             const PackBox<T> box = r->box();
-            const Pack<T, 4> c = r->center();
+            const auto index = convert<std::int32_t>(bin_of(box.center().low(), plane));
             for (int axis = 0; axis < 3; ++axis) {
-                const int bin = binning.of(c, axis);
-                boxes_[axis][bin].add(box);
-                ++counts_[axis][bin];
+                Bin& bin = bin_[std::uint32_t(index[axis])];
+                bin.box[axis].add(box);
+                bin.count.v[axis] += 1;
             }
         }
-        int best_axis = -1, best_bin = 0;
-        T best_cost = std::numeric_limits<T>::infinity();
-        for (int axis = 0; axis < 3; ++axis) {
-            if (!(binning.scale[axis] > 0)) continue;
-            std::array<T, max_bins> right_cost;
-            PackBox<T> box;
-            std::uint32_t count = 0;
-            for (int i = bins - 1; i > 0; --i) {
-                box.add(boxes_[axis][i]);
-                count += counts_[axis][i];
-                right_cost[std::size_t(i)] = count == 0 ? 0 : box.half_area() * blocks(count);
-            }
-            box = {};
-            count = 0;
-            const std::uint32_t total = std::uint32_t(end - begin);
-            for (int i = 0; i + 1 < bins; ++i) {
-                box.add(boxes_[axis][i]);
-                count += counts_[axis][i];
-                if (count == 0 || count == total) continue;
-                const T cost = box.half_area() * blocks(count) + right_cost[std::size_t(i + 1)];
-                if (cost < best_cost) {
-                    best_cost = cost;
-                    best_axis = axis;
-                    best_bin = i;
-                }
-            }
+        Side side;
+        Lanes right_cost[max_bins]; // lanes are axes
+        for (int i = bins - 1; i > 0; --i) right_cost[i] = side.add(bin_[i]);
+        side = {};
+        Lanes best_cost = std::numeric_limits<T>::max(), best_bin = T(0); // a side without references costs infinity
+        for (int i = 0; i + 1 < bins; ++i) {
+            const Lanes cost = side.add(bin_[i]) + right_cost[i + 1];
+            best_bin = select(cost < best_cost, Lanes(T(i)), best_bin);
+            best_cost = min(cost, best_cost);
         }
-        if (best_axis < 0) return nullptr;
-        return std::partition(begin, end,
-                              [&](const Reference<T>& r) { return binning.of(r.center(), best_axis) <= best_bin; });
+        for (int axis = 0; axis < 3; ++axis)
+            if (best_cost[axis] < plane.cost) {
+                plane.cost = best_cost[axis];
+                plane.axis = axis;
+                plane.bin = int(best_bin[axis]);
+            }
+        if (plane.axis >= 0)
+            for (int i = 0; i < bins; ++i) halves.box[i <= plane.bin ? 0 : 1].add(bin_[i].box[plane.axis]);
+        return plane;
+    }
+
+    /// To `to`, left ones from the front and right ones from the back. Sides first, then moves: a load waits until
+    /// the addresses of all stores before it are known, so these must not hang on long computations.
+    static void partition(const Reference<T>* begin, const Reference<T>* end, Reference<T>* to, Reference<T>* to_end,
+                          const ObjectPlane<T>& plane, Halves<T>& halves) {
+        constexpr int chunk = 64;
+        const PackBox<T> neutral[2] = {PackBox<T>(T(0)), {}}; // what is added to a centre for its side: 0 or infinity
+        Reference<T>* left = to;
+        Reference<T>* right = to_end - 1;
+        const Lanes limit = T(plane.bin + 1);
+        PackBox<T> left_centers, right_centers;
+        while (begin != end) {
+            const int n = int(std::min<std::ptrdiff_t>(chunk, end - begin));
+            std::uint64_t sides = 0;
+            for (int i = 0; i < n; ++i) {
+                const Lanes bin = bin_of(begin[i].box().center().low(), plane);
+                sides |= std::uint64_t((bits(bin < limit) >> plane.axis) & 1u) << i;
+            }
+            for (int i = 0; i < n; ++i, sides >>= 1) {
+                const std::size_t goes_left = sides & 1;
+                const PackBox<T> box = begin[i].box(), c = box.center();
+                box.store(goes_left != 0 ? left : right);
+                left_centers.add(c + neutral[1 - goes_left]);
+                right_centers.add(c + neutral[goes_left]);
+                left += goes_left;
+                right -= 1 - goes_left;
+            }
+            begin += n;
+        }
+        halves.centers[0] = left_centers;
+        halves.centers[1] = right_centers;
+        halves.count[0] = std::uint32_t(left - to);
+        halves.count[1] = std::uint32_t(to_end - 1 - right);
     }
 
     /// Equal halves along the widest axis: always succeeds, also on a million copies of one triangle.
-    static Reference<T>* halve(Reference<T>* begin, Reference<T>* end, const PackBox<T>& centers) {
-        const Pack<T, 4> d = centers.hi - centers.lo;
+    static void halve(Reference<T>* begin, Reference<T>* end, const PackBox<T>& centers, Halves<T>& halves) {
+        const Lanes d = -centers.minus_size();
         const int axis = d[0] >= d[1] ? (d[0] >= d[2] ? 0 : 2) : (d[1] >= d[2] ? 1 : 2);
         Reference<T>* const middle = begin + (end - begin) / 2;
         std::nth_element(begin, middle, end, [axis](const Reference<T>& a, const Reference<T>& b) {
-            const T ca = a.center()[axis], cb = b.center()[axis];
-            return ca < cb || (ca == cb && a.primitive < b.primitive);
+            const T ca = a.box().center().lo(axis), cb = b.box().center().lo(axis);
+            return ca < cb || (ca == cb && a.name < b.name);
         });
-        return middle;
+        halves = {};
+        for (Reference<T>* r = begin; r != end; ++r) {
+            const int side = r < middle ? 0 : 1;
+            halves.box[side].add(r->box());
+            halves.centers[side].add(r->box().center());
+            ++halves.count[side];
+        }
     }
 
-    /// Triangles are tested four at a time; between whole blocks a fraction still counts, for what splits
-    /// further down can make of it.
-    static T blocks(std::uint32_t count) { return T(count + 3) / 4; }
-
     int bins_;
-    PackBox<T> boxes_[3][max_bins];
-    std::uint32_t counts_[3][max_bins] = {};
+    Reference<T>* buffer_[2];
+    Splits splits_;
+    Bin bin_[max_bins];
 };
+
+/// Closes the gaps between the leaves' references. As children come after their parents, sums go up and places down.
+template <class T>
+void compact(BinaryTree<T>& tree, std::size_t primitives) {
+    for (std::size_t i = tree.nodes.size(); i-- > 0;) {
+        BinaryNode<T>& node = tree.nodes[i];
+        if (node.left != 0) node.count = tree.nodes[node.left].count + tree.nodes[node.left + 1].count;
+    }
+    LargeArray<Reference<T>> references(tree.nodes[0].count);
+    std::vector<std::uint32_t> place(tree.nodes.size(), 0);
+    for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
+        BinaryNode<T>& node = tree.nodes[i];
+        if (node.left == 0) {
+            const Reference<T>* const from = tree.references.data() + node.first;
+            std::copy(from, from + node.count, references.data() + place[i]);
+        } else {
+            place[node.left] = place[i];
+            place[node.left + 1] = place[i] + tree.nodes[node.left].count;
+        }
+        node.first = place[i];
+    }
+    tree.duplicates = references.size() - primitives;
+    tree.references = std::move(references);
+}
 
 /// Builds the upper part of the tree, then the parts below it side by side; which is which depends on the
 /// triangles alone, so the tree is the same for any number of threads.
-template <class Leaves, class Set, class E>
-BinaryTree<typename Leaves::Scalar> build_binary(const Set& set, const BuildOptions& options, E& executor) {
+/// make_splits(n, box) makes the policy for n references in a box
+template <class Leaves, class Set, class E, class MakeSplits>
+BinaryTree<typename Leaves::Scalar> build_binary(const Set& set, const BuildOptions& options, E& executor,
+                                                 const MakeSplits& make_splits) {
     using T = typename Leaves::Scalar;
     require(options.bins >= 2 && options.bins <= 32,
             [&] { return "BuildOptions: bins is " + std::to_string(options.bins) + ", not in [2, 32]"; });
@@ -266,49 +438,69 @@ BinaryTree<typename Leaves::Scalar> build_binary(const Set& set, const BuildOpti
     const std::uint32_t n = std::uint32_t(tree.references.size());
     if (n == 0) return tree;
 
-    struct Part {
-        std::uint32_t node;
-        int depth;
-        std::vector<BinaryNode<T>> nodes; ///< nodes[0] stands for `node`
-    };
-    const std::uint32_t part_size = std::max<std::uint32_t>(n / 32, 4096);
-    std::vector<Part> parts;
-    std::vector<BinaryNode<T>>& nodes = tree.nodes;
+    PackBox<T> box, centers;
+    for (const Reference<T>& r : tree.references) {
+        box.add(r.box());
+        centers.add(r.box().center());
+    }
+    const auto splits = make_splits(box);
+    using Builder = BinnedBuilder<T, std::remove_cvref_t<decltype(splits)>>;
+    using Range = typename Builder::Range;
+    std::uint32_t room = n;
+    if constexpr (decltype(splits)::possible) room = splits.room(n);
+    tree.references.resize(room);
+    LargeArray<Reference<T>> spare(room);
+    LargeArray<BinaryNode<T>>& nodes = tree.nodes;
     nodes.reserve(n);
-    nodes.push_back({.box = {}, .first = 0, .count = n, .left = 0});
-    BinnedBuilder<T> builder(options);
-    std::vector<std::pair<std::uint32_t, int>> open{{0u, 0}};
+    nodes.push_back({.box = box, .first = 0, .count = n, .left = 0});
+
+    const auto make_builder = [&] { return Builder(options, tree.references.data(), spare.data(), splits); };
+    Builder builder = make_builder();
+    const std::uint32_t part_size = std::max<std::uint32_t>(n / 32, 4096);
+    struct Part {
+        Range range;
+        LargeArray<BinaryNode<T>> nodes; ///< nodes[0] stands for the range's node
+    };
+    std::vector<Part> parts;
+    std::vector<Range> open{{centers, 0, 0, n, 0, room, 0, 0}};
     while (!open.empty()) {
-        const auto [node, depth] = open.back();
+        const Range range = open.back();
         open.pop_back();
-        if (nodes[node].count <= part_size) {
-            parts.push_back({node, depth, {}});
-        } else if (builder.split(nodes, tree.references, node, depth)) {
-            open.push_back({nodes[node].left + 1, depth + 1});
-            open.push_back({nodes[node].left, depth + 1});
+        Range children[2];
+        if (range.count <= part_size) {
+            parts.push_back({range, {}});
+        } else if (builder.split(nodes, range, children)) {
+            open.push_back(children[1]);
+            open.push_back(children[0]);
         }
     }
-    executor.parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
-        BinnedBuilder<T> part_builder(options);
-        for (std::size_t i = begin; i < end; ++i) {
-            Part& part = parts[i];
-            part.nodes.reserve(nodes[part.node].count);
-            part.nodes.push_back(nodes[part.node]);
-            part_builder.build(part.nodes, tree.references, 0, part.depth);
-        }
-    });
-    for (const Part& part : parts) {
-        const std::uint32_t offset = std::uint32_t(nodes.size()) - 1; // part node 1 goes to the next free place
-        for (std::size_t i = 0; i < part.nodes.size(); ++i) {
-            BinaryNode<T> node = part.nodes[i];
-            if (node.left != 0) node.left += offset;
-            if (i == 0) {
-                nodes[part.node] = node;
-            } else {
-                nodes.push_back(node);
+    if (executor.concurrency() == 1) {
+        for (const Part& part : parts) builder.build(nodes, part.range);
+    } else {
+        executor.parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+            Builder part_builder = make_builder();
+            for (std::size_t i = begin; i < end; ++i) {
+                Part& part = parts[i];
+                part.nodes.push_back(nodes[part.range.node]);
+                Range range = part.range;
+                range.node = 0;
+                part_builder.build(part.nodes, range);
+            }
+        });
+        for (const Part& part : parts) { // as if each had been appended in turn
+            const std::uint32_t offset = std::uint32_t(nodes.size()) - 1;
+            for (std::size_t i = 0; i < part.nodes.size(); ++i) {
+                BinaryNode<T> node = part.nodes[i];
+                if (node.left != 0) node.left += offset;
+                if (i == 0) {
+                    nodes[part.range.node] = node;
+                } else {
+                    nodes.push_back(node);
+                }
             }
         }
     }
+    if constexpr (decltype(splits)::possible) compact(tree, n);
     return tree;
 }
 

@@ -5,6 +5,7 @@
 #include <lambent/bvh/primitive.hpp>
 #include <lambent/bvh/refit.hpp>
 #include <lambent/bvh/reinsertion.hpp>
+#include <lambent/bvh/spatial_splits.hpp>
 #include <lambent/bvh/traverse.hpp>
 #include <lambent/bvh/wide.hpp>
 #include <lambent/core/bounds.hpp>
@@ -54,7 +55,7 @@ public:
         requires Leaves::template holds<Set>
     static BasicBvh build(const Set& set, const BuildOptions& options, E& executor) {
         detail::BinaryTree<T> binary = detail::build_binary<Leaves>(set, options, executor);
-        if (options.quality == BuildQuality::balanced) detail::Reinsertion<T>::improve(binary, detail::max_depth);
+        if (options.quality != BuildQuality::fast) detail::Reinsertion<T>::improve(binary, detail::max_depth);
         BasicBvh bvh;
         bvh.leaves_ = Leaves(set);
         bvh.count_ = set.count();

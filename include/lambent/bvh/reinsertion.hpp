@@ -156,6 +156,7 @@ private:
         };
         BinaryTree<T> result;
         result.dropped = tree_.dropped;
+        result.duplicates = tree_.duplicates;
         result.nodes.reserve(nodes_.size());
         result.references.reserve(tree_.references.size());
         result.nodes.emplace_back();

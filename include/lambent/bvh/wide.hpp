@@ -44,7 +44,7 @@ struct WideTree {
     Bounds3<T> bounds;
     alignas(4 * sizeof(T)) T center[4] = {}, half_size[4] = {}; ///< of bounds, for rays' set-up
     std::size_t dropped = 0;
-    std::size_t duplicates = 0;
+    std::size_t duplicates = 0; ///< places in leaves beyond one for each primitive; 0: no primitive is met twice
     std::size_t primitives = 0;
 
     void set_bounds(const Bounds3<T>& box) {
@@ -74,14 +74,15 @@ public:
     WideTree<T, Block> run(const MakeBlock& make_block) {
         WideTree<T, Block> wide;
         wide.dropped = tree_.dropped;
-        wide.primitives = tree_.references.size();
+        wide.primitives = tree_.references.size() - tree_.duplicates;
         if (tree_.nodes.empty()) return wide;
         const PackBox<T>& root = tree_.nodes[0].box;
-        wide.set_bounds({{root.lo[0], root.lo[1], root.lo[2]}, {root.hi[0], root.hi[1], root.hi[2]}});
+        wide.set_bounds({{root.lo(0), root.lo(1), root.lo(2)}, {root.hi(0), root.hi(1), root.hi(2)}});
         for (std::size_t i = plans_.size(); i-- > 0;) plan(i); // children come after their parent
         wide.nodes.reserve(plans_.size() / 4 + 1);
         wide.blocks.reserve(plans_.size() / 2 + 1);
         emit(wide, make_block);
+        wide.duplicates -= wide.primitives;
         return wide;
     }
 
@@ -98,8 +99,9 @@ private:
         const BinaryNode<T>& node = tree_.nodes[index];
         Plan& plan = plans_[index];
         const T area = node.box.half_area();
-        const T as_leaf = node.count <= max_leaf ? area * block_cost_ * T((node.count + 3) / 4)
-                                                 : std::numeric_limits<T>::infinity();
+        std::uint32_t primitives[max_leaf];
+        const std::uint32_t count = tree_.duplicates == 0 ? node.count : distinct(node, primitives);
+        const T as_leaf = count <= max_leaf ? area * block_cost_ * T((count + 3) / 4) : std::numeric_limits<T>::infinity();
         if (node.left == 0) {
             plan.leaf = true;
             for (int k = 0; k < width; ++k) {
@@ -127,7 +129,7 @@ private:
         }
         as_node += area;
         node_split_[index] = plan.give[width - 1];
-        plan.leaf = node.count <= max_leaf && as_leaf <= as_node;
+        plan.leaf = count <= max_leaf && as_leaf <= as_node;
         plan.cost[0] = plan.leaf ? as_leaf : as_node;
         plan.give[0] = 0;
         for (int k = 1; k < width; ++k)
@@ -176,8 +178,8 @@ private:
             for (int lane = 0; lane < width; ++lane) {
                 const PackBox<T> box = lane < count ? tree_.nodes[children[lane]].box : PackBox<T>{};
                 for (int axis = 0; axis < 3; ++axis) {
-                    node.plane[2 * axis][lane] = box.lo[axis];
-                    node.plane[2 * axis + 1][lane] = box.hi[axis];
+                    node.plane[2 * axis][lane] = box.lo(axis);
+                    node.plane[2 * axis + 1][lane] = box.hi(axis);
                 }
                 node.child[lane] = Child::leaf_bit;
             }
@@ -197,19 +199,32 @@ private:
     template <class Block, class MakeBlock>
     std::uint32_t add_leaf(WideTree<T, Block>& wide, const MakeBlock& make_block, const BinaryNode<T>& node) const {
         const std::uint32_t index = std::uint32_t(wide.blocks.size());
-        for (std::uint32_t first = 0; first < node.count; first += block_lanes) {
-            std::uint32_t primitives[block_lanes];
-            const std::uint32_t count = std::min<std::uint32_t>(block_lanes, node.count - first);
-            for (std::uint32_t lane = 0; lane < count; ++lane)
-                primitives[lane] = tree_.references[node.first + first + lane].primitive;
-            wide.blocks.push_back(make_block(std::span<const std::uint32_t>(primitives, count)));
+        std::uint32_t primitives[max_leaf];
+        const std::uint32_t count = distinct(node, primitives);
+        for (std::uint32_t first = 0; first < count; first += block_lanes)
+            wide.blocks.push_back(make_block(std::span<const std::uint32_t>(
+                primitives + first, std::min<std::uint32_t>(block_lanes, count - first))));
+        wide.duplicates += count;
+        return index | Child::leaf_bit | (count > block_lanes ? Child::second_block_bit : 0);
+    }
+
+    /// The node's primitives, each once; returns their number, or more than max_leaf where they are too many.
+    std::uint32_t distinct(const BinaryNode<T>& node, std::uint32_t* primitives) const {
+        if (node.count > (tree_.duplicates == 0 ? max_leaf : 2 * max_leaf)) return max_leaf + 1;
+        std::uint32_t count = 0;
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+            const std::uint32_t primitive = tree_.references[i].primitive();
+            if (tree_.duplicates != 0 && std::find(primitives, primitives + count, primitive) != primitives + count)
+                continue;
+            if (count == max_leaf) return max_leaf + 1;
+            primitives[count++] = primitive;
         }
-        return index | Child::leaf_bit | (node.count > block_lanes ? Child::second_block_bit : 0);
+        return count;
     }
 
     const BinaryTree<T>& tree_;
     T block_cost_;
-    std::vector<Plan> plans_;
+    LargeArray<Plan> plans_;
     std::vector<std::uint8_t> node_split_; ///< how many of a node's own `width` children its left half makes
 };
 

@@ -132,10 +132,9 @@ inline Pack<T, N / 2> high_half(Pack<T, N> a) {
 }
 template <class T, int N>
 inline Pack<T, 2 * N> join(Pack<T, N> low, Pack<T, N> high) {
-    Pack<T, 2 * N> r;
-    std::memcpy(&r.v, &low.v, sizeof(low.v));
-    std::memcpy(reinterpret_cast<char*>(&r.v) + sizeof(low.v), &high.v, sizeof(high.v));
-    return r;
+    return [&]<int... i>(std::integer_sequence<int, i...>) -> Pack<T, 2 * N> { // by memcpy it would go through memory
+        return __builtin_shufflevector(low.v, high.v, i...);
+    }(std::make_integer_sequence<int, 2 * N>{});
 }
 
 /// The lanes' values in another type, rounded to nearest.
