@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace lambent {
@@ -169,10 +170,12 @@ private:
                 gather(binary, width, true, children, count);
             }
             // Any-hit queries go by the lanes' order: what lies in a small box is the likelier to be hit.
-            std::sort(children, children + count, [&](std::uint32_t a, std::uint32_t b) {
+            const auto before = [&](std::uint32_t a, std::uint32_t b) {
                 const T area_a = tree_.nodes[a].box.half_area(), area_b = tree_.nodes[b].box.half_area();
                 return area_a < area_b || (area_a == area_b && a < b);
-            });
+            };
+            for (int i = 1; i < count; ++i)
+                for (int k = i; k > 0 && before(children[k], children[k - 1]); --k) std::swap(children[k], children[k - 1]);
             for (int lane = 0; lane < width; ++lane) {
                 const PackBox<T> box = lane < count ? tree_.nodes[children[lane]].box : PackBox<T>{};
                 for (int axis = 0; axis < 3; ++axis) {
@@ -198,7 +201,7 @@ private:
     std::uint32_t add_leaf(WideTree<T, Block>& wide, const MakeBlock& make_block, const BinaryNode<T>& node) const {
         const std::uint32_t index = std::uint32_t(wide.blocks.size());
         for (std::uint32_t first = 0; first < node.count; first += block_lanes) {
-            std::uint32_t primitives[block_lanes];
+            std::uint32_t primitives[block_lanes] = {};
             const std::uint32_t count = std::min<std::uint32_t>(block_lanes, node.count - first);
             for (std::uint32_t lane = 0; lane < count; ++lane)
                 primitives[lane] = tree_.references[node.first + first + lane].primitive;
