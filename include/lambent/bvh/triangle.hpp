@@ -125,12 +125,13 @@ template <HitRules rules, class T, int N>
             hit.mask = hit.mask & detail::holds_next_to_origin(x, y, w0, w1, w2);
     }
     // Weights first, and no compiler may divide later: their products with the depth could overflow. A mean of the
-    // depths with weights of one sign never leaves the triangle, however thin it is seen.
-    const Lanes determinant = w0 + w1 + w2;
-    hit.u = opaque(w1 / determinant);
-    hit.v = opaque(w2 / determinant);
+    // depths with weights of one sign never leaves the triangle, however thin it is seen. Nor may one divide here and
+    // multiply by a reciprocal there: all queries then give the same bits, also under -ffast-math.
+    const Lanes determinant = opaque(w0 + w1) + w2;
+    hit.u = opaque(w1 / opaque(determinant));
+    hit.v = opaque(w2 / opaque(determinant));
     const Lanes depth =
-        multiply_add(opaque(w0 / determinant), z[0], multiply_add(hit.u, z[1], hit.v * z[2]));
+        multiply_add(opaque(w0 / opaque(determinant)), z[0], multiply_add(hit.u, z[1], hit.v * z[2]));
     hit.t = depth * inverse_z;
     hit.mask = hit.mask & (hit.t >= t_min) & (hit.t < t_max);
     return hit;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace lambent {
@@ -171,10 +172,12 @@ private:
                 gather(binary, width, true, children, count);
             }
             // Any-hit queries go by the lanes' order: what lies in a small box is the likelier to be hit.
-            std::sort(children, children + count, [&](std::uint32_t a, std::uint32_t b) {
+            const auto before = [&](std::uint32_t a, std::uint32_t b) {
                 const T area_a = tree_.nodes[a].box.half_area(), area_b = tree_.nodes[b].box.half_area();
                 return area_a < area_b || (area_a == area_b && a < b);
-            });
+            };
+            for (int i = 1; i < count; ++i)
+                for (int k = i; k > 0 && before(children[k], children[k - 1]); --k) std::swap(children[k], children[k - 1]);
             for (int lane = 0; lane < width; ++lane) {
                 const PackBox<T> box = lane < count ? tree_.nodes[children[lane]].box : PackBox<T>{};
                 for (int axis = 0; axis < 3; ++axis) {
@@ -199,7 +202,7 @@ private:
     template <class Block, class MakeBlock>
     std::uint32_t add_leaf(WideTree<T, Block>& wide, const MakeBlock& make_block, const BinaryNode<T>& node) const {
         const std::uint32_t index = std::uint32_t(wide.blocks.size());
-        std::uint32_t primitives[max_leaf];
+        std::uint32_t primitives[max_leaf] = {};
         const std::uint32_t count = distinct(node, primitives);
         for (std::uint32_t first = 0; first < count; first += block_lanes)
             wide.blocks.push_back(make_block(std::span<const std::uint32_t>(
