@@ -28,7 +28,7 @@ work=$root/build/stress
 rm -rf "$work"
 mkdir -p "$work"
 
-# Each a name, lanes of a float node, and flags.
+# Each a name and flags.
 sets='plain -O2
 native -O2 -march=native
 uncontracted -O2 -march=native -ffp-contract=off
@@ -52,7 +52,8 @@ status=0
     "$work/\$name" --rays $each --seed "\$seed"; } >"$work/\$name.log" 2>&1 || status=\$?
 echo "\$status" >"$work/\$name.status"
 EOF
-awk -v seed="$seed" '{ name = $1; $1 = ""; print name, seed + NR - 1, $0 }' "$work/sets" | xargs -P "$jobs" -L 1 sh "$work/one.sh"
+awk -v seed="$seed" '{ name = $1; $1 = ""; print name, seed + NR - 1, $0 }' "$work/sets" |
+    xargs -P "$jobs" -L 1 sh "$work/one.sh"
 
 passed=0 failed=0
 : >"$work/table"
@@ -68,7 +69,8 @@ while read -r name flags; do
     awk -v flags="$flags" -v verdict="$verdict" '
         /^Moeller/ { plain = $(NF - 3) }
         $1 == "all" { counted = $7; doubles = $8; even = $10 }
-        END { printf "%-40s %12s %7s %11s %9s %6s %9s  %s\n", flags, $1, $3, counted, doubles, even, plain, verdict }' "$work/$name.log" >>"$work/table"
+        END { printf "%-40s %12s %7s %11s %9s %6s %9s  %s\n", flags, $1, $3, counted, doubles, even, plain, verdict }
+    ' "$work/$name.log" >>"$work/table"
 done <"$work/sets"
 
 echo

@@ -25,8 +25,8 @@ struct Placed {
 /// face    the one whose vertex or edge it is aimed at
 /// origin  in the unit mesh
 template <class T, class Engine>
-lambent::Ray<T> aimed_ray(const Placed<T>& placed, std::size_t i, std::size_t face, int corner, const Vec3<double>& origin,
-                          BasicRandom<Engine>& random) {
+lambent::Ray<T> aimed_ray(const Placed<T>& placed, std::size_t i, std::size_t face, int corner,
+                          const Vec3<double>& origin, BasicRandom<Engine>& random) {
     const UVec3 ids = placed.mesh.faces[face];
     const Vec3<T> a = placed.mesh.vertices[ids[corner]], b = placed.mesh.vertices[ids[(corner + 1) % 3]];
     lambent::Ray<T> ray;
