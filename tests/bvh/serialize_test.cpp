@@ -97,6 +97,16 @@ TEST_CASE_TEMPLATE("Trees come back as they were saved, full, compact and over s
     CHECK(empty.bounds().empty());
 }
 
+TEST_CASE("A tree with duplicates knows them when it comes back") {
+    const lambent_test::Mesh<float> mesh = slivers<float>(600, 3);
+    const auto set = triangles(mesh.vertices, mesh.faces);
+    const auto bvh = Bvh::build(set, {.quality = BuildQuality::best});
+    REQUIRE(bvh.tree().duplicates > 0);
+    const auto back = Bvh::load(save(bvh));
+    CHECK(back.tree().duplicates == bvh.tree().duplicates);
+    CHECK(back.triangle_count() == bvh.triangle_count());
+}
+
 TEST_CASE("A tree refitted to triangles some of which cannot be hit is saved as it is") {
     lambent_test::Mesh<float> mesh = soup<float>(300, 0.3, 2);
     const auto set = triangles(mesh.vertices, mesh.faces);

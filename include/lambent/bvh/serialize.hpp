@@ -197,7 +197,8 @@ private:
             if (reached[i] == 0) fail("load: block " + std::to_string(i) + " lies in no leaf");
     }
 
-    static void check_blocks(const WideTree<T, Block>& tree, std::uint64_t count) {
+    /// Also counts the duplicates, which are not saved.
+    static void check_blocks(WideTree<T, Block>& tree, std::uint64_t count) {
         std::size_t lanes = 0;
         for (std::size_t i = 0; i < tree.blocks.size(); ++i) {
             for (const std::uint32_t id : tree.blocks[i].primitive) {
@@ -215,6 +216,7 @@ private:
             return "load: " + std::to_string(tree.primitives) + " primitives, but only " + std::to_string(lanes) +
                    " places in leaves";
         });
+        tree.duplicates = lanes - tree.primitives;
     }
 
     static bool is_unused(const Node& node, int lane) {
