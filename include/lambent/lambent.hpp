@@ -3,6 +3,8 @@
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/bvh.hpp>
 #include <lambent/bvh/compact.hpp>
+#include <lambent/bvh/instance.hpp>
+#include <lambent/bvh/leaves.hpp>
 #include <lambent/bvh/primitive.hpp>
 #include <lambent/bvh/primitive_leaves.hpp>
 #include <lambent/bvh/refit.hpp>
@@ -13,6 +15,7 @@
 #include <lambent/bvh/traverse.hpp>
 #include <lambent/bvh/triangle.hpp>
 #include <lambent/bvh/wide.hpp>
+#include <lambent/core/affine.hpp>
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/config.hpp>
 #include <lambent/core/content_hash.hpp>

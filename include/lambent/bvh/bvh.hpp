@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -55,10 +56,10 @@ public:
         detail::BinaryTree<T> binary = detail::build_binary<Leaves>(set, options, executor);
         if (options.quality == BuildQuality::balanced) detail::Reinsertion<T>::improve(binary, detail::max_depth);
         BasicBvh bvh;
-        bvh.leaves_ = Leaves(set);
         bvh.count_ = set.count();
         bvh.tree_ = detail::Collapse<T>(binary, options).template run<typename Leaves::Block>(
             [&](std::span<const std::uint32_t> primitives) { return Leaves::make_block(set, primitives); });
+        bvh.set_leaves(Leaves(set));
         return bvh;
     }
 
@@ -80,7 +81,7 @@ public:
             return "refit: " + std::to_string(set.count()) + " primitives, but the tree was built over " +
                    std::to_string(count_);
         });
-        leaves_ = Leaves(set);
+        set_leaves(Leaves(set));
         detail::refit<Leaves>(tree_, set, executor);
     }
 
@@ -90,7 +91,7 @@ public:
     /// The nearest hit that `accept` takes.
     template <HitFilter<T> Accept>
     Hit<T> intersect(const Ray<T>& ray, const Accept& accept) const {
-        return detail::traverse<detail::Query::closest>(tree_, leaves_, ray, accept);
+        return detail::traverse<detail::Query::closest>(tree_, leaves_, ray, detail::filter_for<Leaves>(accept));
     }
 
     /// Is there any hit with t_min <= t < t_max? True exactly where intersect() finds one.
@@ -99,7 +100,7 @@ public:
     /// Is there any hit that `accept` takes?
     template <HitFilter<T> Accept>
     bool occluded(const Ray<T>& ray, const Accept& accept) const {
-        return bool(detail::traverse<detail::Query::any>(tree_, leaves_, ray, accept));
+        return bool(detail::traverse<detail::Query::any>(tree_, leaves_, ray, detail::filter_for<Leaves>(accept)));
     }
 
     bool empty() const { return tree_.nodes.empty(); }
@@ -117,6 +118,11 @@ public:
 
 private:
     friend struct detail::SavedTree<BasicBvh>;
+
+    void set_leaves(Leaves leaves) {
+        if constexpr (requires { leaves.margin(); }) tree_.margin = leaves.margin();
+        leaves_ = std::move(leaves);
+    }
 
     detail::WideTree<T, typename Leaves::Block> tree_;
     [[no_unique_address]] Leaves leaves_;

@@ -108,7 +108,7 @@ struct SavedTree {
         }
         check_nodes(tree);
         check_blocks(tree, h.count);
-        bvh.leaves_ = std::move(leaves);
+        bvh.set_leaves(std::move(leaves));
         bvh.count_ = h.count;
         return bvh;
     }

@@ -36,7 +36,7 @@ struct SlabRay {
     int near_plane[3]; ///< index into WideNode::plane; the far one is its neighbour
     T along;           ///< t times this is a distance along the largest axis
 
-    SlabRay(const Ray<T>& ray, const Bounds3<T>& bounds) {
+    SlabRay(const Ray<T>& ray, const Bounds3<T>& bounds, T units = default_margin<T>) {
         constexpr T u = std::numeric_limits<T>::epsilon() / 2;
         along = std::abs(ray.direction[largest_axis(ray.direction)]);
         const Vec3<T> farthest =
@@ -47,7 +47,7 @@ struct SlabRay {
             constexpr T limit = T(1ull << 50);
             const T s = std::abs(d) * limit > along ? along / d : std::copysign(limit, d);
             const T shift = -ray.origin[k] * s;
-            const T margin = (24 * u * reach + 4 * u * std::abs(ray.origin[k])) * std::abs(s);
+            const T margin = (units * u * reach + 4 * u * std::abs(ray.origin[k])) * std::abs(s);
             scale[k] = s;
             near_shift[k] = shift - margin;
             far_shift[k] = shift + margin;
@@ -94,7 +94,7 @@ inline Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Le
 
     Hit<T> hit;
     if (tree.nodes.empty() || !usable(ray)) return hit;
-    const SlabRay<T> slabs(ray, tree.bounds);
+    const SlabRay<T> slabs(ray, tree.bounds, tree.margin);
     const typename Leaves::Query prepared(ray);
     constexpr T slack = 4 * std::numeric_limits<T>::epsilon();
     const T start = ray.t_min * slabs.along;
