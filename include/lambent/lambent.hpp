@@ -1,12 +1,14 @@
 #pragma once
 /// All of lambent but io/, whose headers need the libraries of their file formats.
 #include <lambent/bvh/batch.hpp>
+#include <lambent/bvh/binary_tree.hpp>
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/bvh.hpp>
 #include <lambent/bvh/closest_point.hpp>
 #include <lambent/bvh/compact.hpp>
 #include <lambent/bvh/facing.hpp>
 #include <lambent/bvh/for_each_hit.hpp>
+#include <lambent/bvh/instance.hpp>
 #include <lambent/bvh/leaves.hpp>
 #include <lambent/bvh/once.hpp>
 #include <lambent/bvh/overlap.hpp>
@@ -16,6 +18,7 @@
 #include <lambent/bvh/refit.hpp>
 #include <lambent/bvh/reinsertion.hpp>
 #include <lambent/bvh/serialize.hpp>
+#include <lambent/bvh/spatial_splits.hpp>
 #include <lambent/bvh/sphere.hpp>
 #include <lambent/bvh/statistics.hpp>
 #include <lambent/bvh/traverse.hpp>
@@ -23,6 +26,7 @@
 #include <lambent/bvh/visit.hpp>
 #include <lambent/bvh/walk.hpp>
 #include <lambent/bvh/wide.hpp>
+#include <lambent/core/affine.hpp>
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/config.hpp>
 #include <lambent/core/content_hash.hpp>

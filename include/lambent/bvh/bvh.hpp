@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -57,10 +58,10 @@ public:
         detail::BinaryTree<T> binary = detail::build_binary<Leaves>(set, options, executor);
         if (options.quality != BuildQuality::fast) detail::Reinsertion<T>::improve(binary, detail::max_depth);
         BasicBvh bvh;
-        bvh.leaves_ = Leaves(set);
         bvh.count_ = set.count();
         bvh.tree_ = detail::Collapse<T>(binary, options).template run<typename Leaves::Block>(
             [&](std::span<const std::uint32_t> primitives) { return Leaves::make_block(set, primitives); });
+        bvh.set_leaves(Leaves(set));
         return bvh;
     }
 
@@ -82,7 +83,7 @@ public:
             return "refit: " + std::to_string(set.count()) + " primitives, but the tree was built over " +
                    std::to_string(count_);
         });
-        leaves_ = Leaves(set);
+        set_leaves(Leaves(set));
         detail::refit<Leaves>(tree_, set, executor);
     }
 
@@ -93,7 +94,7 @@ public:
     template <HitFilter<T> Accept>
     Hit<T> intersect(const Ray<T>& ray, const Accept& accept) const {
         check_rules<Accept>();
-        return detail::traverse<detail::Query::closest>(tree_, leaves_, ray, accept);
+        return detail::traverse<detail::Query::closest>(tree_, leaves_, ray, detail::filter_for<Leaves>(accept));
     }
 
     /// Is there any hit with t_min <= t < t_max? True exactly where intersect() finds one.
@@ -103,7 +104,7 @@ public:
     template <HitFilter<T> Accept>
     bool occluded(const Ray<T>& ray, const Accept& accept) const {
         check_rules<Accept>();
-        return bool(detail::traverse<detail::Query::any>(tree_, leaves_, ray, accept));
+        return bool(detail::traverse<detail::Query::any>(tree_, leaves_, ray, detail::filter_for<Leaves>(accept)));
     }
 
     /// The nearest hit of each ray, to hits[i], which may be longer than rays. To the bit what single rays answer, but
@@ -182,7 +183,7 @@ private:
         });
         require(rays.size() < 0xffffffffu, "Bvh: a batch of 2^32 rays or more");
         detail::traverse_batch<query, T>(
-            tree_, leaves_, accept, rays.size(),
+            tree_, leaves_, detail::filter_for<Leaves>(accept), rays.size(),
             [&](std::size_t i) -> decltype(auto) { return projection(rays[i]); },
             [&](std::size_t i, const Hit<T>& hit) { answers[i] = convert(hit); });
     }
@@ -192,6 +193,11 @@ private:
         static_assert(detail::rules_of<Accept>() == HitRules{} || detail::HoldsTriangles<Leaves>,
                       "CullBackFaces, CullFrontFaces and OwnEdges are for trees of triangles: "
                       "other primitives have no sides and edges that the tree knows");
+    }
+
+    void set_leaves(Leaves leaves) {
+        if constexpr (requires { leaves.margin(); }) tree_.margin = leaves.margin();
+        leaves_ = std::move(leaves);
     }
 
     detail::WideTree<T, typename Leaves::Block> tree_;

@@ -29,6 +29,8 @@
 ///                           For Query::any the first one will do.
 /// and where they are triangles
 ///   triangles(block)        the block's as a TriangleBlock, for queries that need corners
+///   margin()                (may be absent) how far outside of a box its primitives may be hit: see default_margin
+///   instanced               (may be absent) true: hits carry an instance, and filters are told
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
@@ -37,12 +39,21 @@ struct AcceptAll {
     template <class T> constexpr bool operator()(std::uint32_t, T, T, T) const { return true; }
 };
 
-/// A filter of hits: accept(primitive, u, v, t) is false where there is no surface after all (a leaf's cut-out).
-/// Called in no particular order, for hits nearer than the nearest so far.
+namespace detail {
 template <class A, class T>
-concept HitFilter = requires(const A& accept, std::uint32_t primitive, T x) {
+concept FlatFilter = requires(const A& accept, std::uint32_t primitive, T x) {
     { accept(primitive, x, x, x) } -> std::convertible_to<bool>;
 };
+template <class A, class T>
+concept InstanceFilter = requires(const A& accept, std::uint32_t primitive, T x, std::uint32_t instance) {
+    { accept(primitive, x, x, x, instance) } -> std::convertible_to<bool>;
+};
+} // namespace detail
+
+/// A filter of hits: accept(primitive, u, v, t), or accept(primitive, u, v, t, instance), is false where there is no
+/// surface after all (a leaf's cut-out). Called in no particular order, for hits nearer than the nearest so far.
+template <class A, class T>
+concept HitFilter = detail::FlatFilter<A, T> || detail::InstanceFilter<A, T>;
 
 namespace detail {
 
@@ -63,6 +74,30 @@ template <class Leaves>
 concept HoldsTriangles = requires(const Leaves& leaves, const typename Leaves::Block& block) {
     { leaves.triangles(block) } -> std::convertible_to<const TriangleBlock<typename Leaves::Scalar>&>;
 };
+
+/// The filter for what lies in one instance: the same one, told which instance it is if it wants to know.
+template <class T, class Accept>
+inline decltype(auto) in_instance(const Accept& accept, std::uint32_t instance) {
+    if constexpr (InstanceFilter<Accept, T>) {
+        return [&accept, instance](std::uint32_t primitive, T u, T v, T t) {
+            return bool(accept(primitive, u, v, t, instance));
+        };
+    } else {
+        return (accept);
+    }
+}
+
+template <class Leaves> inline constexpr bool has_instances = requires { requires Leaves::instanced; };
+
+/// The filter as leaves of this kind call it: where there are no instances, they all are instance 0.
+template <class Leaves, class Accept>
+inline decltype(auto) filter_for(const Accept& accept) {
+    if constexpr (has_instances<Leaves> || FlatFilter<Accept, typename Leaves::Scalar>) {
+        return (accept);
+    } else {
+        return in_instance<typename Leaves::Scalar>(accept, 0);
+    }
+}
 
 /// No finite vertex is missing, and no two coincide. Triangles with three distinct vertices on a line stay in
 /// the tree although they have no area: seen by a ray the three are rounded, each on its own, and the gap that

@@ -169,11 +169,11 @@ private:
             }
             for (int k = 0; k < 3; ++k) {
                 const Rays s = load(scale_[k], g), shift = -load(origin_[k], g) * s;
-                const Rays margin = multiply_add(Rays(4 * u), abs(load(origin_[k], g)), Rays(24 * u) * reach) * abs(s);
+                const Rays margin = multiply_add(Rays(4 * u), abs(load(origin_[k], g)), Rays(tree_.margin * u) * reach) * abs(s);
                 (shift - margin).store(near_shift_[k] + g * lanes);
                 (shift + margin).store(far_shift_[k] + g * lanes);
             }
-            most_pad = max(multiply_add(Rays(12 * u), size_o, Rays(32 * u) * reach), most_pad);
+            most_pad = max(multiply_add(Rays(12 * u), size_o, Rays((tree_.margin + 8) * u) * reach), most_pad);
             const Rays start = load(t_min_, g) * along, end = load(t_, g) * along;
             const Rays from = start - abs(start) * Rays(slack);
             const Rays to = end + (abs(end) * Rays(slack) + Rays(std::numeric_limits<T>::min()));

@@ -106,7 +106,7 @@ struct SavedTree {
             tree.set_bounds({{T(h.bounds[0]), T(h.bounds[1]), T(h.bounds[2])}, {T(h.bounds[3]), T(h.bounds[4]), T(h.bounds[5])}});
         check_nodes(tree);
         check_blocks(tree, h.count);
-        bvh.leaves_ = std::move(leaves);
+        bvh.set_leaves(std::move(leaves));
         bvh.count_ = h.count;
         return bvh;
     }

@@ -24,11 +24,17 @@ inline T power_of_two_below(T x) {
     const T p = std::bit_cast<T>(std::bit_cast<typename Bits::Type>(x) & Bits::exponent);
     return p < 1 / least ? p : 1 / least;
 }
+
+/// The scalar product in the same roundings everywhere.
+template <class T>
+inline T fixed_dot(const Vec3<T>& a, const Vec3<T>& b) {
+    return multiply_add(a.x, b.x, multiply_add(a.y, b.y, opaque(a.z * b.z)));
+}
 } // namespace detail
 
 /// Nearest t in [ray.t_min, ray.t_max) at which the ray meets the sphere, from outside or inside; infinite if none.
 /// Lengths are counted in powers of two of the distance and the direction in its own, so that no square overflows
-/// or vanishes. The point at t lies on the sphere within a few units in the last place of the greater of its
+/// or vanishes, and the roundings are the same wherever the call is inlined. The point at t lies on the sphere within a few units in the last place of the greater of its
 /// radius and the distance between ray origin and centre.
 /// range   any finite centre and direction, radius >= 0
 /// source  the discriminant by the distance to the line: Hearn, Baker; Haines et al., Ray Tracing Gems (2019), 7
@@ -38,18 +44,18 @@ inline T intersect_sphere(const Ray<T>& ray, const Vec3<T>& center, T radius) {
     const Vec3<T> offset = ray.origin - center;
     const T unit = detail::power_of_two_below(glm::max(max_component(glm::abs(offset)), radius));
     const T speed = detail::power_of_two_below(max_component(glm::abs(ray.direction)));
-    const Vec3<T> f = offset * (1 / unit), d = ray.direction * (1 / speed);
+    const Vec3<T> f = offset * (1 / unit), d = ray.direction * (1 / speed); // exact, as is the next
     const T r = radius * (1 / unit);
 
-    const T length2 = dot(d, d);
-    const T b = -dot(f, d);
-    const Vec3<T> nearest = f + d * (b / length2);
-    const T discriminant = (r * r - dot(nearest, nearest)) * length2;
+    const T length2 = detail::fixed_dot(d, d);
+    const T b = -detail::fixed_dot(f, d), s = detail::opaque(b / length2);
+    const Vec3<T> nearest{multiply_add(d.x, s, f.x), multiply_add(d.y, s, f.y), multiply_add(d.z, s, f.z)};
+    const T discriminant = multiply_add(r, r, -detail::fixed_dot(nearest, nearest)) * length2;
     if (!(discriminant >= 0)) return none;
-    const T c = dot(f, f) - r * r;
+    const T c = multiply_add(-r, r, detail::fixed_dot(f, f));
     const T q = b + std::copysign(std::sqrt(discriminant), b);
     if (q == 0) return none;
-    const T t0 = c / q * unit / speed, t1 = q / length2 * unit / speed;
+    const T t0 = detail::opaque(c / q) * unit / speed, t1 = detail::opaque(q / length2) * unit / speed;
     const T near = glm::min(t0, t1), far = glm::max(t0, t1);
     if (near >= ray.t_min && near < ray.t_max) return near;
     if (far >= ray.t_min && far < ray.t_max) return far;

@@ -82,7 +82,7 @@ struct SlabRay {
         const Four reaches = abs(o - Four::load(tree.center)) + Four::load(tree.half_size);
         const T reach = std::max(reaches[0], std::max(reaches[1], reaches[2]));
         const Four s = select(size * Four(steepest<T>) > Four(along), Four(along) / d, copysign(Four(steepest<T>), d));
-        const Four margin = multiply_add(Four(4 * u), abs(o), Four(24 * u * reach)) * abs(s);
+        const Four margin = multiply_add(Four(4 * u), abs(o), Four(tree.margin * u * reach)) * abs(s);
         const Four shift = -o * s, near = shift - margin, far = shift + margin;
         plane = &plane_offsets<T>[bits(s < Four(T(0))) & 7u];
         for (int k = 0; k < 3; ++k) {

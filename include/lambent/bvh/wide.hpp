@@ -37,6 +37,10 @@ struct alignas(64) WideNode {
 /// A leaf is one or two blocks of four primitives each.
 inline constexpr int block_lanes = 4;
 
+/// By how much boxes are widened for rays: in units of rounding, half an epsilon, of the distance from a ray's origin
+/// to the farthest plane of the scene's box. What it covers is said at SlabRay.
+template <class T> inline constexpr T default_margin = 24;
+
 /// A tree as the traversal reads it; node 0 is the root. Without primitives it has neither nodes nor blocks.
 template <class T, class Block>
 struct WideTree {
@@ -44,6 +48,7 @@ struct WideTree {
     LargeArray<Block> blocks;
     Bounds3<T> bounds;
     alignas(4 * sizeof(T)) T center[4] = {}, half_size[4] = {}; ///< of bounds, for rays' set-up
+    T margin = default_margin<T>;
     std::size_t dropped = 0;
     std::size_t duplicates = 0; ///< places in leaves beyond one for each primitive; 0: no primitive is met twice
     std::size_t primitives = 0;

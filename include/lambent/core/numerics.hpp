@@ -149,6 +149,17 @@ inline T pairwise_sum(std::span<const T> values) {
     return detail::opaque(pairwise_sum(values.first(half)) + pairwise_sum(values.subspan(half)));
 }
 
+/// a·b + c, fused where the machine can, and then always: left to itself the compiler may round the same expression
+/// otherwise in another place.
+template <std::floating_point T>
+inline T multiply_add(T a, T b, T c) {
+    if constexpr (LAMBENT_HAS_FMA) {
+        return std::fma(a, b, c);
+    } else {
+        return detail::opaque(detail::opaque(a * b) + c);
+    }
+}
+
 /// Square root that takes the small negative values of rounding as 0.
 template <std::floating_point T>
 inline T safe_sqrt(T x) {
