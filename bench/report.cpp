@@ -1,125 +1,13 @@
 // One self-contained page of what the benchmarks wrote.
-//   report FOLDER      reads FOLDER/*.json, one object a line, and micro.json; writes FOLDER/report.html
-#include <algorithm>
+//   report FOLDER [--bvh-svg FILE]
+// Reads FOLDER/*.json, one object a line, and micro.json; writes FOLDER/report.html, and to FILE its chart of rays.
+#include "bvh_chart.hpp"
+#include "report_rows.hpp"
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
+#include <iterator>
 #include <sstream>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace {
-
-/// The members of one flat JSON object, in its order; strings without their quotes.
-using Row = std::vector<std::pair<std::string, std::string>>;
-
-std::string get(const Row& row, const std::string& key) {
-    for (const auto& [k, v] : row)
-        if (k == key) return v;
-    return "";
-}
-double number(const Row& row, const std::string& key) { return std::strtod(get(row, key).c_str(), nullptr); }
-
-/// throws std::runtime_error on what is no flat object
-Row parse(const std::string& line) {
-    std::size_t i = 0;
-    const auto skip = [&] {
-        while (i < line.size() && (line[i] == ' ' || line[i] == '\t')) ++i;
-    };
-    const auto expect = [&](char c) {
-        skip();
-        if (i >= line.size() || line[i] != c) throw std::runtime_error("not a flat JSON object: " + line);
-        ++i;
-    };
-    const auto text = [&] {
-        std::string s;
-        expect('"');
-        while (i < line.size() && line[i] != '"') {
-            if (line[i] == '\\') ++i;
-            if (i < line.size()) s += line[i++];
-        }
-        expect('"');
-        return s;
-    };
-    Row row;
-    expect('{');
-    skip();
-    while (i < line.size() && line[i] != '}') {
-        if (!row.empty()) expect(',');
-        std::string key = text(), value;
-        expect(':');
-        skip();
-        if (i < line.size() && line[i] == '"')
-            value = text();
-        else {
-            while (i < line.size() && line[i] != ',' && line[i] != '}' && line[i] != ' ') value += line[i++];
-            if (value.empty() || value[0] == '{' || value[0] == '[') expect('"');
-        }
-        row.emplace_back(key, value);
-        skip();
-    }
-    expect('}');
-    return row;
-}
-
-std::vector<Row> read_rows(const std::filesystem::path& path) {
-    std::ifstream in(path);
-    std::vector<Row> rows;
-    for (std::string line; std::getline(in, line);)
-        if (!line.empty()) rows.push_back(parse(line));
-    return rows;
-}
-
-/// Google Benchmark's file has one member a line: a name, and later its time in ns.
-std::vector<Row> read_micro(const std::filesystem::path& path) {
-    std::ifstream in(path);
-    std::vector<Row> rows;
-    std::string name;
-    for (std::string line; std::getline(in, line);) {
-        const std::size_t colon = line.find("\": ");
-        if (colon == std::string::npos) continue;
-        std::string value = line.substr(colon + 3);
-        while (!value.empty() && (value.back() == ',' || value.back() == '"')) value.pop_back();
-        if (line.find("\"name\"") < colon) name = value.substr(1);
-        if (line.find("\"cpu_time\"") < colon) rows.push_back({{"function", name}, {"ns", value}});
-    }
-    return rows;
-}
-
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char c : text)
-        out += c == '<'   ? "&lt;"
-               : c == '>' ? "&gt;"
-               : c == '&' ? "&amp;"
-               : c == '"' ? "&quot;"
-                          : std::string(1, c);
-    return out;
-}
-
-/// Distinct values of a member, in the order in which they appear.
-std::vector<std::string> values(const std::vector<Row>& rows, const std::string& key) {
-    std::vector<std::string> found;
-    for (const Row& row : rows)
-        if (const std::string v = get(row, key); std::find(found.begin(), found.end(), v) == found.end())
-            found.push_back(v);
-    return found;
-}
-
-/// Four digits; text as it is.
-std::string shown(const std::string& value) {
-    char* end = nullptr;
-    const double x = std::strtod(value.c_str(), &end);
-    if (value.empty() || *end != '\0' || value.find_first_of(".e") == std::string::npos)
-        return escaped(value);
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.4g", x);
-    return digits;
-}
 
 void write_table(std::ostream& out, const std::vector<Row>& rows) {
     std::vector<std::string> columns;
@@ -244,6 +132,7 @@ void write_report(const std::filesystem::path& folder) {
             write_table(out, rows);
             out << "</details>\n";
         } else {
+            if (name == "bench_bvh") out << bvh_chart(rows);
             write_table(out, rows);
         }
     }
@@ -252,14 +141,24 @@ void write_report(const std::filesystem::path& folder) {
     std::printf("%s\n", (folder / "report.html").string().c_str());
 }
 
+void write_bvh_svg(const std::filesystem::path& folder, const std::string& file) {
+    const std::string chart = bvh_chart(read_rows(folder / "bench_bvh.json"), ChartUse::file);
+    if (chart.empty()) throw std::runtime_error("bench_bvh.json has no ratios to Embree to draw");
+    std::ofstream out(file);
+    out << chart;
+    if (!out.flush()) throw std::runtime_error(file + ": cannot be written");
+    std::printf("%s\n", file.c_str());
+}
+
 } // namespace
 
 int main(int argc, char** argv) try {
-    if (argc != 2) {
-        std::fprintf(stderr, "usage: %s FOLDER\n", argv[0]);
+    if (argc != 2 && !(argc == 4 && std::string(argv[2]) == "--bvh-svg")) {
+        std::fprintf(stderr, "usage: %s FOLDER [--bvh-svg FILE]\n", argv[0]);
         return 2;
     }
     write_report(argv[1]);
+    if (argc == 4) write_bvh_svg(argv[1], argv[3]);
     return 0;
 } catch (const std::exception& e) {
     std::fprintf(stderr, "report: %s\n", e.what());

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs what is missing, builds the benchmarks and runs them.
-#   sh bench/run.sh [--quick]
+#   [EMBREE4=PATH] sh bench/run.sh [--quick]      PATH: a library of Embree 4, see bench_bvh --help
 # Leaves build/bench/<benchmark>.json, one object a line, and build/bench/report.html.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
@@ -26,7 +26,9 @@ for program in build/release/bench/bench_*; do
     [ -f "$program" ] && [ -x "$program" ] || continue
     name=$(basename "$program")
     echo "== $name"
-    if ! "$program" $quick --json >"$out/$name.json"; then
+    set --
+    [ "$name" != bench_bvh ] || set -- --batch --double --compact ${EMBREE4:+--embree4 "$EMBREE4"}
+    if ! "$program" $quick --json "$@" >"$out/$name.json"; then
         echo "$name failed" >&2
         status=1
     fi

@@ -1,62 +1,33 @@
 #pragma once
-#include "rays.hpp"
-#include <embree3/rtcore.h>
+#include "contender.hpp"
+#include <memory>
+#include <string>
+#include <vector>
 
-/// Embree over the same triangles: high build quality, as its users get it by default (not robust).
-class EmbreeScene {
+/// Embree 3 or 4, loaded when the program runs: of both at once, of any version, without their headers.
+class EmbreeLibrary {
 public:
-    explicit EmbreeScene(const Soup& soup) : device_(rtcNewDevice("threads=1")), scene_(rtcNewScene(device_)) {
-        rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
-        const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-        auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                                     RTC_FORMAT_FLOAT3, 12, soup.vertices.size()));
-        for (const lambent::Vec3f& v : soup.vertices)
-            for (int k = 0; k < 3; ++k) *vertices++ = v[k];
-        auto* faces = static_cast<unsigned*>(
-            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, soup.faces.size()));
-        for (const lambent::UVec3& f : soup.faces)
-            for (int k = 0; k < 3; ++k) *faces++ = f[k];
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometry(scene_, geometry);
-        rtcReleaseGeometry(geometry);
-        rtcCommitScene(scene_);
-    }
-    EmbreeScene(const EmbreeScene&) = delete;
-    EmbreeScene& operator=(const EmbreeScene&) = delete;
-    ~EmbreeScene() {
-        rtcReleaseScene(scene_);
-        rtcReleaseDevice(device_);
-    }
+    /// A path, or a name that the system's loader finds.
+    /// throws lambent::Error where there is none, or one of another version than `major`
+    EmbreeLibrary(const std::string& path, int major);
 
-    /// t of the nearest hit, or infinity.
-    float intersect(const lambent::Rayf& ray) const {
-        RTCRayHit query;
-        query.ray = to_embree(ray);
-        query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        rtcIntersect1(scene_, &context, &query);
-        return query.hit.geomID == RTC_INVALID_GEOMETRY_ID ? std::numeric_limits<float>::infinity() : query.ray.tfar;
-    }
-
-    bool occluded(const lambent::Rayf& ray) const {
-        RTCRay query = to_embree(ray);
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        rtcOccluded1(scene_, &context, &query);
-        return query.tfar < 0;
-    }
+    std::string name() const { return major_ == 3 ? "embree" : "embree4"; }
+    const std::string& version() const { return version_; } ///< as "3.13.5"
 
 private:
-    static RTCRay to_embree(const lambent::Rayf& ray) {
-        RTCRay r{};
-        r.org_x = ray.origin.x, r.org_y = ray.origin.y, r.org_z = ray.origin.z;
-        r.dir_x = ray.direction.x, r.dir_y = ray.direction.y, r.dir_z = ray.direction.z;
-        r.tnear = ray.t_min, r.tfar = ray.t_max;
-        r.mask = ~0u;
-        return r;
-    }
-
-    RTCDevice device_;
-    RTCScene scene_;
+    friend class EmbreeScene;
+    struct Functions;
+    std::shared_ptr<const Functions> functions_;
+    int major_;
+    std::string version_;
 };
+
+/// As in Embree's API. Low is its Morton builder, high has spatial splits.
+enum class EmbreeQuality { low, medium, high };
+
+/// Ray by ray in the tree of quality high, Embree's fastest that is not made robust; and with `packets` 8 and 16
+/// rays a call as well, with the flag for coherent rays where they are.
+std::vector<Contender> embree_contenders(const EmbreeLibrary& library, const Soup& soup, bool packets);
+
+/// Bytes are those that Embree still holds after the build, by its own count, without the caller's buffers.
+BuildCost build_embree(const EmbreeLibrary& library, const Soup& soup, EmbreeQuality quality);

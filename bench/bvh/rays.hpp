@@ -1,4 +1,5 @@
 #pragma once
+#include "soup.hpp"
 #include <lambent/bvh/bvh.hpp>
 #include <lambent/core/frame.hpp>
 #include <lambent/sampling/hash.hpp>
@@ -10,27 +11,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-/// The triangles of a bench: a soup, three vertices each.
-struct Soup {
-    std::string name;
-    lambent::Vec3d origin{0}; ///< of the vertices' coordinates
-    std::vector<lambent::Vec3f> vertices;
-    std::vector<lambent::UVec3> faces;
-
-    void add(const lambent::Vec3f& a, const lambent::Vec3f& b, const lambent::Vec3f& c) {
-        const auto first = std::uint32_t(vertices.size());
-        vertices.insert(vertices.end(), {a, b, c});
-        faces.push_back({first, first + 1, first + 2});
-    }
-};
-
-/// Rays of one kind, all closest-hit or all any-hit.
-struct RayClass {
-    std::string name;
-    bool any = false;
-    std::vector<lambent::Rayf> rays;
-};
 
 /// Makes the classes that path tracers shoot: camera rays in tiles of 8 × 8, cosine rays from what they hit
 /// (near: ao, any hit; far: bounce), the next bounce, and shadow rays to a square light under the scene's top.
@@ -49,12 +29,12 @@ public:
 
     /// An empty name where there is no such class.
     RayClass make(const std::string& name) {
-        if (name == "primary") return {name, false, primary_};
-        if (name == "ao") return {name, true, bounces(primary_, 0.05f * diagonal_, 1)};
-        if (name == "shadow") return {name, true, shadows()};
+        if (name == "primary") return {name, false, true, primary_};
+        if (name == "ao") return {name, true, false, bounces(primary_, 0.05f * diagonal_, 1)};
+        if (name == "shadow") return {name, true, false, shadows()};
         if (name != "bounce" && name != "bounce2") return {};
         const std::vector<lambent::Rayf> first = bounces(primary_, infinity, 2);
-        return {name, false, name == "bounce" ? first : bounces(first, infinity, 3)};
+        return {name, false, false, name == "bounce" ? first : bounces(first, infinity, 3)};
     }
 
 private:
@@ -104,7 +84,8 @@ private:
 
     static lambent::Vec2f random(std::uint32_t index, std::uint32_t seed) {
         const std::uint64_t key = lambent::derive_key(seed, index);
-        return {lambent::to_unit<float>(lambent::derive_key(key, 0)), lambent::to_unit<float>(lambent::derive_key(key, 1))};
+        return {lambent::to_unit<float>(lambent::derive_key(key, 0)),
+                lambent::to_unit<float>(lambent::derive_key(key, 1))};
     }
 
     decltype(lambent::triangles(std::declval<const std::vector<lambent::Vec3f>&>(),

@@ -1,6 +1,5 @@
 // Also compiled alone with other flags, see tests/CMakeLists.txt.
-#include "support/meshes.hpp"
-#include <cmath>
+#include "support/aimed_rays.hpp"
 #include <doctest/doctest.h>
 #include <lambent/bvh/bvh.hpp>
 #include <limits>
@@ -14,41 +13,13 @@ struct Misses {
     std::size_t rays = 0, closest = 0, any = 0;
 };
 
-/// Rays from inside a closed mesh, aimed at vertices, edges and anywhere. All of them have to hit.
 template <class T>
 void shoot(const lambent_test::Mesh<T>& unit, double offset, double scale, std::size_t count, std::uint64_t seed, Misses& misses) {
-    lambent_test::Mesh<T> mesh = unit;
-    const auto place = [&](const Vec3<double>& p) { // once and for all rounded to T
-        return Vec3<T>((p + Vec3<double>(offset, offset / 3, -offset / 7)) * scale);
-    };
-    for (Vec3<T>& v : mesh.vertices) v = place(Vec3<double>(v));
-    const auto bvh = BasicBvh<T>::build(triangles(mesh.vertices, mesh.faces));
+    const Placed<T> placed(unit, offset, scale);
+    const auto bvh = BasicBvh<T>::build(triangles(placed.mesh.vertices, placed.mesh.faces));
     Random random(seed);
     for (std::size_t i = 0; i < count; ++i) {
-        const UVec3 face = mesh.faces[random.index(mesh.faces.size())];
-        const int k = int(random.index(3));
-        const Vec3<T> a = mesh.vertices[face[k]], b = mesh.vertices[face[(k + 1) % 3]];
-        Ray<T> ray;
-        ray.origin = place(random.in_box<double>(-0.4, 0.4));
-        switch (i % 4) {
-        case 0: ray.direction = a - ray.origin; break;
-        case 1: ray.direction = (a + (b - a) * T(random.uniform())) - ray.origin; break;
-        case 2: { // the same, of unit length: rounded once more
-            const Vec3<double> d = Vec3<double>(a) + Vec3<double>(b - a) * random.uniform() - Vec3<double>(ray.origin);
-            ray.direction = Vec3<T>(normalize(d / scale));
-            break;
-        }
-        default: { // from straight below the vertex, along an axis
-            const int axis = int(random.index(3));
-            const Vec3<T> center = place({0, 0, 0});
-            ray.direction = Vec3<T>(0);
-            ray.direction[axis] = a[axis] < center[axis] ? T(-1) : T(1);
-            ray.origin = a;
-            ray.origin[axis] = center[axis];
-            Vec3<double> from(ray.origin - center);
-            if (length(from) > 0.7 * scale) ray.origin = center; // might lie outside of a rough mesh
-        }
-        }
+        const Ray<T> ray = aimed_ray(placed, i, random);
         if (is_black(ray.direction)) continue;
         ++misses.rays;
         misses.closest += std::size_t(!bvh.intersect(ray));
@@ -76,21 +47,8 @@ TEST_CASE_TEMPLATE("Watertight: no ray at edges and vertices of closed meshes ge
 }
 
 TEST_CASE_TEMPLATE("Watertight: triangles without area that are left out open no crack", T, float, double) {
-    // Every face's first edge gets a vertex on it (exactly or rounded), joined to both by a needle.
-    lambent_test::Mesh<T> mesh = sphere<T>(40, 20, 0.5, 3);
-    const std::size_t faces = mesh.faces.size();
-    Random random(5);
-    for (std::size_t i = 0; i < faces; ++i) {
-        const UVec3 f = mesh.faces[i];
-        const Vec3<T> a = mesh.vertices[f.x], b = mesh.vertices[f.y];
-        const auto middle = std::uint32_t(mesh.vertices.size());
-        mesh.vertices.push_back(i % 2 == 0 ? (a + b) * T(0.5) : a + (b - a) * T(random.uniform()));
-        if (i % 5 == 0) mesh.vertices.back() = a;
-        mesh.faces[i] = {f.x, middle, f.z};
-        mesh.faces.push_back({middle, f.y, f.z});
-        mesh.faces.push_back({f.x, f.y, middle});
-    }
-    mesh.faces.push_back({0, 0, 0});
+    const std::size_t faces = sphere<T>(40, 20, 0.5, 3).faces.size();
+    const lambent_test::Mesh<T> mesh = with_needles(sphere<T>(40, 20, 0.5, 3), 5);
     Misses misses;
     shoot(mesh, 0, 1, 200000, 21, misses);
     shoot(mesh, 10, 1, 200000, 22, misses);

@@ -15,9 +15,11 @@ namespace lambent_test {
 using lambent::UVec3;
 using lambent::Vec3;
 
-class Random {
+/// Numbers at random from an engine of 64 bits.
+template <class Engine>
+class BasicRandom {
 public:
-    explicit Random(std::uint64_t seed) : engine_(seed) {}
+    explicit BasicRandom(std::uint64_t seed) : engine_(seed) {}
     double uniform() { return double(engine_() >> 11) * 0x1p-53; }
     double uniform(double low, double high) { return low + (high - low) * uniform(); }
     std::uint64_t bits() { return engine_(); }
@@ -28,8 +30,10 @@ public:
     }
 
 private:
-    std::mt19937_64 engine_;
+    Engine engine_;
 };
+
+using Random = BasicRandom<std::mt19937_64>;
 
 template <class T>
 struct Mesh {

@@ -1,5 +1,6 @@
 #pragma once
 #include "support/meshes.hpp"
+#include <lambent/core/numerics.hpp>
 #include <lambent/core/ray.hpp>
 #include <limits>
 

@@ -1,7 +1,9 @@
 #pragma once
+#include <lambent/bvh/packet.hpp>
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/leaves.hpp>
 #include <lambent/bvh/primitive.hpp>
+#include <lambent/bvh/refit.hpp>
 #include <lambent/bvh/reinsertion.hpp>
 #include <lambent/bvh/spatial_splits.hpp>
 #include <lambent/bvh/traverse.hpp>
@@ -13,9 +15,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
+#include <utility>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
+
+namespace detail {
+template <class Tree> struct SavedTree; // see serialize.hpp
+}
 
 /// A bounding volume hierarchy over triangles, for rays of the same scalar type. Holds its own copy of the
 /// vertices, in the order in which rays meet them: queries do not look at the mesh again. Queries are const,
@@ -50,10 +58,33 @@ public:
         detail::BinaryTree<T> binary = detail::build_binary<Leaves>(set, options, executor);
         if (options.quality != BuildQuality::fast) detail::Reinsertion<T>::improve(binary, detail::max_depth);
         BasicBvh bvh;
-        bvh.leaves_ = Leaves(set);
+        bvh.count_ = set.count();
         bvh.tree_ = detail::Collapse<T>(binary, options).template run<typename Leaves::Block>(
             [&](std::span<const std::uint32_t> primitives) { return Leaves::make_block(set, primitives); });
+        bvh.set_leaves(Leaves(set));
         return bvh;
+    }
+
+    /// Fits the tree to primitives that have moved: the same ones, in the same order. It keeps its shape, so that after
+    /// large movements a new one is faster for rays; answers are the same. Those left out by build() stay left out;
+    /// those that cannot be hit as they are now (see dropped()) are passed over until a later refit.
+    /// throws  lambent::Error if there are not as many as at the build
+    /// cost    O(n), less than a tenth of a build
+    template <class Set>
+        requires Leaves::template holds<Set>
+    void refit(const Set& set) {
+        SerialExecutor serial;
+        refit(set, serial);
+    }
+    template <class Set, Executor E>
+        requires Leaves::template holds<Set>
+    void refit(const Set& set, E& executor) {
+        require(set.count() == count_, [&] {
+            return "refit: " + std::to_string(set.count()) + " primitives, but the tree was built over " +
+                   std::to_string(count_);
+        });
+        set_leaves(Leaves(set));
+        detail::refit<Leaves>(tree_, set, executor);
     }
 
     /// The nearest hit with t_min <= t < t_max.
@@ -62,7 +93,8 @@ public:
     /// The nearest hit that `accept` takes.
     template <HitFilter<T> Accept>
     Hit<T> intersect(const Ray<T>& ray, const Accept& accept) const {
-        return detail::traverse<detail::Query::closest>(tree_, leaves_, ray, accept);
+        check_rules<Accept>();
+        return detail::traverse<detail::Query::closest>(tree_, leaves_, ray, detail::filter_for<Leaves>(accept));
     }
 
     /// Is there any hit with t_min <= t < t_max? True exactly where intersect() finds one.
@@ -71,7 +103,53 @@ public:
     /// Is there any hit that `accept` takes?
     template <HitFilter<T> Accept>
     bool occluded(const Ray<T>& ray, const Accept& accept) const {
-        return bool(detail::traverse<detail::Query::any>(tree_, leaves_, ray, accept));
+        check_rules<Accept>();
+        return bool(detail::traverse<detail::Query::any>(tree_, leaves_, ray, detail::filter_for<Leaves>(accept)));
+    }
+
+    /// The nearest hit of each ray, to hits[i], which may be longer than rays. To the bit what single rays answer, but
+    /// that of hits at the same t either may be it. Rays that go the same way (a tile of a camera's) share their way
+    /// through the tree, if they lie side by side in the batch; in a tree that is large for the processor's caches the
+    /// others are interleaved, so that none waits for memory. The rest are traced one by one.
+    /// throws  lambent::Error if hits is too short, before any is written
+    template <HitFilter<T> Accept = AcceptAll>
+    void intersect(std::span<const Ray<T>> rays, std::span<Hit<T>> hits, const Accept& accept = {}) const {
+        intersect(rays, hits, AsIs{}, accept);
+    }
+    /// The same for rays of your own type: `projection` makes a Ray<T> of one.
+    template <class R, RayProjection<R, T> Projection, HitFilter<T> Accept = AcceptAll>
+    void intersect(std::span<const R> rays, std::span<Hit<T>> hits, const Projection& projection,
+                   const Accept& accept = {}) const {
+        batch<detail::Query::closest>(rays, hits, projection, accept, [](const Hit<T>& hit) { return hit; });
+    }
+
+    /// occluded[i]: whether ray i is. As for intersect().
+    template <HitFilter<T> Accept = AcceptAll>
+    void occluded(std::span<const Ray<T>> rays, std::span<bool> occluded, const Accept& accept = {}) const {
+        this->occluded(rays, occluded, AsIs{}, accept);
+    }
+    template <class R, RayProjection<R, T> Projection, HitFilter<T> Accept = AcceptAll>
+    void occluded(std::span<const R> rays, std::span<bool> occluded, const Projection& projection,
+                  const Accept& accept = {}) const {
+        batch<detail::Query::any>(rays, occluded, projection, accept, [](const Hit<T>& hit) { return bool(hit); });
+    }
+
+    /// The same for rays of your own type: `projection` makes a Ray<T> of one.
+    template <class R, RayProjection<R, T> Projection>
+    Hit<T> intersect(const R& ray, const Projection& projection) const {
+        return intersect(Ray<T>(projection(ray)));
+    }
+    template <class R, RayProjection<R, T> Projection, HitFilter<T> Accept>
+    Hit<T> intersect(const R& ray, const Projection& projection, const Accept& accept) const {
+        return intersect(Ray<T>(projection(ray)), accept);
+    }
+    template <class R, RayProjection<R, T> Projection>
+    bool occluded(const R& ray, const Projection& projection) const {
+        return occluded(Ray<T>(projection(ray)));
+    }
+    template <class R, RayProjection<R, T> Projection, HitFilter<T> Accept>
+    bool occluded(const R& ray, const Projection& projection, const Accept& accept) const {
+        return occluded(Ray<T>(projection(ray)), accept);
     }
 
     bool empty() const { return tree_.nodes.empty(); }
@@ -80,14 +158,51 @@ public:
     /// Triangles left out, since no ray could hit them: with a NaN or an infinity in a vertex, or with two
     /// vertices that coincide.
     std::size_t dropped() const { return tree_.dropped; }
+    /// The caller's primitives, those left out included.
+    std::size_t source_count() const { return count_; }
     /// Triangles in the tree.
     std::size_t triangle_count() const { return tree_.primitives; }
     /// What the queries read: see statistics().
     const detail::WideTree<T, typename Leaves::Block>& tree() const { return tree_; }
+    /// What its leaves hold beside their blocks.
+    const Leaves& leaves() const { return leaves_; }
 
 private:
+    friend struct detail::SavedTree<BasicBvh>;
+
+    struct AsIs {
+        const Ray<T>& operator()(const Ray<T>& ray) const { return ray; }
+    };
+
+    template <detail::Query query, class R, class Answer, class Projection, class Accept, class Convert>
+    void batch(std::span<const R> rays, std::span<Answer> answers, const Projection& projection, const Accept& accept,
+               const Convert& convert) const {
+        check_rules<Accept>();
+        require(answers.size() >= rays.size(), [&] {
+            return "Bvh: room for " + std::to_string(answers.size()) + " answers to " + std::to_string(rays.size()) + " rays";
+        });
+        require(rays.size() < 0xffffffffu, "Bvh: a batch of 2^32 rays or more");
+        detail::traverse_batch<query, T>(
+            tree_, leaves_, detail::filter_for<Leaves>(accept), rays.size(),
+            [&](std::size_t i) -> decltype(auto) { return projection(rays[i]); },
+            [&](std::size_t i, const Hit<T>& hit) { answers[i] = convert(hit); });
+    }
+
+    template <class Accept>
+    static void check_rules() {
+        static_assert(detail::rules_of<Accept>() == HitRules{} || detail::HoldsTriangles<Leaves>,
+                      "CullBackFaces, CullFrontFaces and OwnEdges are for trees of triangles: "
+                      "other primitives have no sides and edges that the tree knows");
+    }
+
+    void set_leaves(Leaves leaves) {
+        if constexpr (requires { leaves.margin(); }) tree_.margin = leaves.margin();
+        leaves_ = std::move(leaves);
+    }
+
     detail::WideTree<T, typename Leaves::Block> tree_;
     [[no_unique_address]] Leaves leaves_;
+    std::size_t count_ = 0;
 };
 
 using Bvh = BasicBvh<float>;

@@ -7,18 +7,30 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string_view>
+#include <utility>
 
 /// What lies in a tree's leaves, and how a ray meets it: one struct a kind, with
-///   Scalar, Block           a block holds up to four primitives; a leaf is one or two blocks
-///   Leaves(set)             made of the caller's primitives
+///   Scalar, Block           a block holds up to four primitives; a leaf is one or two blocks. A block's last
+///                           member is primitive[4]: the caller's indices, no_primitive beyond the last; with
+///                           hidden_bit, that primitive cannot be hit as it is now (see refit)
+///   Leaves(), Leaves(set)   made of nothing, for the empty tree, and of the caller's primitives
 ///   holds<Set>              whether it can be made of such a set
+///   kind                    at most eight letters: the meaning of a block's bytes, for saved trees
+///   sound(block)            whether a block read from somewhere can be asked, indices aside
 ///   bounds(set, i, box)     false: primitive i is left out
 ///   make_block(set, ids)    a block of one to four of them
+///   refit(set, block)       renews a block whose primitives have moved; returns the box of those that can be hit
 ///   Query                   what a ray needs of its own in leaves of this kind; made once a ray
 ///   meet<query>(q, blocks, count, accept, hit)
 ///                           lowers `hit` to the nearest accepted hit in [t_min, hit.t); true if it did.
 ///                           For Query::any the first one will do.
+/// and where they are triangles
+///   triangles(block)        the block's as a TriangleBlock, for queries that need corners
+///   margin()                (may be absent) how far outside of a box its primitives may be hit: see default_margin
+///   instanced               (may be absent) true: hits carry an instance, and filters are told
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
@@ -27,16 +39,65 @@ struct AcceptAll {
     template <class T> constexpr bool operator()(std::uint32_t, T, T, T) const { return true; }
 };
 
-/// A filter of hits: accept(primitive, u, v, t) is false where there is no surface after all (a leaf's cut-out).
-/// Called in no particular order, for hits nearer than the nearest so far.
+namespace detail {
 template <class A, class T>
-concept HitFilter = requires(const A& accept, std::uint32_t primitive, T x) {
+concept FlatFilter = requires(const A& accept, std::uint32_t primitive, T x) {
     { accept(primitive, x, x, x) } -> std::convertible_to<bool>;
 };
+template <class A, class T>
+concept InstanceFilter = requires(const A& accept, std::uint32_t primitive, T x, std::uint32_t instance) {
+    { accept(primitive, x, x, x, instance) } -> std::convertible_to<bool>;
+};
+} // namespace detail
+
+/// A filter of hits: accept(primitive, u, v, t), or accept(primitive, u, v, t, instance), is false where there is no
+/// surface after all (a leaf's cut-out). Called in no particular order, for hits nearer than the nearest so far.
+template <class A, class T>
+concept HitFilter = detail::FlatFilter<A, T> || detail::InstanceFilter<A, T>;
 
 namespace detail {
 
 enum class Query : std::uint8_t { closest, any };
+
+/// What a filter asks of the triangle test itself: its constant `rules`, see facing.hpp.
+template <class Accept>
+constexpr HitRules rules_of() {
+    if constexpr (requires { Accept::rules; }) {
+        return Accept::rules;
+    } else {
+        return {};
+    }
+}
+
+/// Leaves whose triangles can be looked at, four at a time.
+template <class Leaves>
+concept HoldsTriangles = requires(const Leaves& leaves, const typename Leaves::Block& block) {
+    { leaves.triangles(block) } -> std::convertible_to<const TriangleBlock<typename Leaves::Scalar>&>;
+};
+
+/// The filter for what lies in one instance: the same one, told which instance it is if it wants to know.
+template <class T, class Accept>
+inline decltype(auto) in_instance(const Accept& accept, std::uint32_t instance) {
+    if constexpr (InstanceFilter<Accept, T>) {
+        return [&accept, instance](std::uint32_t primitive, T u, T v, T t) {
+            return bool(accept(primitive, u, v, t, instance));
+        };
+    } else {
+        return (accept);
+    }
+}
+
+template <class Leaves> inline constexpr bool has_instances = requires { requires Leaves::instanced; };
+
+/// The filter as leaves of this kind call it: where there are no instances, they all are instance 0.
+template <class Leaves, class Accept>
+inline decltype(auto) filter_for(const Accept& accept) {
+    if constexpr (has_instances<Leaves> || FlatFilter<Accept, typename Leaves::Scalar>) {
+        return (accept);
+    } else {
+        return in_instance<typename Leaves::Scalar>(accept, 0);
+    }
+}
 
 /// No finite vertex is missing, and no two coincide. Triangles with three distinct vertices on a line stay in
 /// the tree although they have no area: seen by a ray the three are rounded, each on its own, and the gap that
@@ -46,6 +107,61 @@ inline bool can_be_hit(const std::array<Vec3<T>, 3>& p) {
     return is_finite(p[0]) && is_finite(p[1]) && is_finite(p[2]) && p[0] != p[1] && p[1] != p[2] && p[2] != p[0];
 }
 
+/// Set in a block's index where there is nothing to hit; no_primitive has it too.
+inline constexpr std::uint32_t hidden_bit = 0x80000000u;
+
+/// The caller's primitives as a tree keeps them: copied, so they had better be a view. Assignable whatever the
+/// view is made of (a lambda that captures is not), and empty at first.
+template <class Set>
+class Kept {
+public:
+    Kept() = default;
+    explicit Kept(const Set& set) : set_(set) {}
+    Kept(const Kept&) = default;
+    Kept(Kept&&) = default;
+    Kept& operator=(const Kept& other) { return *this = Kept(other); }
+    Kept& operator=(Kept&& other) {
+        if (this == &other) return *this;
+        set_.reset();
+        if (other.set_) set_.emplace(std::move(*other.set_));
+        return *this;
+    }
+    const Set& operator*() const { return *set_; }
+    const Set* operator->() const { return &*set_; }
+
+private:
+    std::optional<Set> set_;
+};
+
+/// A block that holds nothing but indices of the caller's primitives: for kinds of leaves that ask those.
+struct IndexBlock {
+    static constexpr int lanes = 4;
+    std::uint32_t primitive[lanes];
+
+    explicit IndexBlock(std::span<const std::uint32_t> primitives) {
+        for (std::size_t lane = 0; lane < lanes; ++lane)
+            primitive[lane] = lane < primitives.size() ? primitives[lane] : no_primitive;
+    }
+    IndexBlock() : IndexBlock(std::span<const std::uint32_t>()) {}
+
+    /// Hides what Leaves::bounds() refuses; returns the box of the rest.
+    template <class Leaves, class Set>
+    Bounds3<typename Leaves::Scalar> refit(const Set& set) {
+        Bounds3<typename Leaves::Scalar> all;
+        for (std::uint32_t& id : primitive) {
+            if (id == no_primitive) continue;
+            Bounds3<typename Leaves::Scalar> box;
+            id &= ~hidden_bit;
+            if (Leaves::bounds(set, id, box)) {
+                all.add(box);
+            } else {
+                id |= hidden_bit;
+            }
+        }
+        return all;
+    }
+};
+
 /// Triangles, their vertices copied into the leaves: nothing else is read.
 template <class T>
 struct StoredTriangles {
@@ -54,12 +170,15 @@ struct StoredTriangles {
 
     struct Query {
         ShearedRay<T> ray;
-        Pack<T, 4> t_min;
+        T t_min;
 
-        explicit Query(const Ray<T>& r) : ray(r), t_min(r.t_min) {}
+        Query() = default;
+        [[gnu::always_inline]] explicit Query(const Ray<T>& r) : ray(r), t_min(r.t_min) {}
     };
 
     template <class Set> static constexpr bool holds = TrianglesOf<Set, T>;
+    static constexpr std::string_view kind = "corners";
+    static constexpr bool has_packets = true;
 
     StoredTriangles() = default;
     template <TriangleSet Mesh> explicit StoredTriangles(const Mesh&) {}
@@ -86,22 +205,57 @@ struct StoredTriangles {
         return block;
     }
 
+    static bool sound(const Block& block) {
+        for (std::size_t lane = 0; lane < Block::lanes; ++lane) {
+            const bool hidden = (block.primitive[lane] & hidden_bit) != 0;
+            for (std::size_t i = 0; i < 3; ++i)
+                for (int axis = 0; axis < 3; ++axis) {
+                    const T x = block.vertex[i][axis][lane];
+                    if (!is_finite(x) || (hidden && x != block.vertex[0][axis][lane])) return false;
+                }
+        }
+        return true;
+    }
+
+    template <TriangleSet Mesh>
+    static Bounds3<T> refit(const Mesh& mesh, Block& block) {
+        Bounds3<T> all;
+        for (std::size_t lane = 0; lane < Block::lanes; ++lane) {
+            if (block.primitive[lane] == no_primitive) continue;
+            const std::uint32_t id = block.primitive[lane] & ~hidden_bit;
+            Bounds3<T> box;
+            const bool hidden = !bounds(mesh, id, box);
+            const std::array<Vec3<T>, 3> p = hidden ? std::array<Vec3<T>, 3>{} : mesh.vertices(id);
+            for (std::size_t i = 0; i < 3; ++i)
+                for (int axis = 0; axis < 3; ++axis) block.vertex[i][axis][lane] = p[i][axis];
+            block.primitive[lane] = hidden ? id | hidden_bit : id;
+            if (!hidden) all.add(box);
+        }
+        return all;
+    }
+
+    const TriangleBlock<T>& triangles(const Block& block) const { return block; }
+
     template <detail::Query query, class Accept>
-    bool meet(const Query& q, const Block* block, int count, const Accept& accept, Hit<T>& hit) const {
+    [[gnu::always_inline]] bool meet(const Query& q, const Block* block, int count, const Accept& accept, Hit<T>& hit) const {
+        return count == 1 ? meet_lanes<query, 4>(q, block, accept, hit) : meet_lanes<query, 8>(q, block, accept, hit);
+    }
+
+private:
+    template <detail::Query query, int N, class Accept>
+    [[gnu::always_inline]] static bool meet_lanes(const Query& q, const Block* block, const Accept& accept, Hit<T>& hit) {
+        const BlockHit<T, N> found = intersect<rules_of<Accept>(), N>(q.ray, block, q.t_min, hit.t);
         bool nearer = false;
-        for (const Block* const end = block + count; block != end; ++block) {
-            const BlockHit<T> found = intersect(q.ray, *block, q.t_min, Pack<T, 4>(hit.t));
-            for (unsigned lanes = bits(found.mask); lanes != 0; lanes &= lanes - 1) {
-                const int lane = std::countr_zero(lanes);
-                const T t = found.t[lane];
-                if (!(t < hit.t)) continue; // an earlier lane is nearer
-                const T u = found.u[lane], v = found.v[lane];
-                const std::uint32_t primitive = block->primitive[lane];
-                if (!accept(primitive, u, v, t)) continue;
-                hit = {.t = t, .u = u, .v = v, .primitive = primitive};
-                if constexpr (query == detail::Query::any) return true;
-                nearer = true;
-            }
+        for (unsigned lanes = bits(found.mask); lanes != 0; lanes &= lanes - 1) {
+            const int lane = std::countr_zero(lanes);
+            const T t = found.t[lane];
+            if (!(t < hit.t)) continue; // an earlier lane is nearer
+            const T u = found.u[lane], v = found.v[lane];
+            const std::uint32_t primitive = block[lane / 4].primitive[lane % 4];
+            if (!accept(primitive, u, v, t)) continue;
+            hit = {.t = t, .u = u, .v = v, .primitive = primitive};
+            if constexpr (query == detail::Query::any) return true;
+            nearer = true;
         }
         return nearer;
     }

@@ -22,13 +22,13 @@ public:
     static constexpr std::size_t share = 20; ///< one node of so many is moved in a pass
     static constexpr int max_visits = 1 << 11; ///< of one search; where everything overlaps there is no bound to cut by
 
-    /// Leaves the tree as it is where the better one would be deeper than `max_depth`.
+    /// Leaves the tree as it is where the better one would be deeper than `deepest`.
     /// cost  time and memory in proportion to the triangles; about a third of the binned build's time
-    static void improve(BinaryTree<T>& tree, int max_depth) {
+    static void improve(BinaryTree<T>& tree, int deepest) {
         if (tree.nodes.size() < 7) return;
         Reinsertion work(tree);
         for (int i = 0; i < passes; ++i) work.pass();
-        BinaryTree<T> better = work.emit(max_depth);
+        BinaryTree<T> better = work.emit(deepest);
         if (!better.nodes.empty()) tree = std::move(better);
     }
 
@@ -149,7 +149,7 @@ private:
     }
 
     /// In the builder's form, children after their parents; empty where it is too deep.
-    BinaryTree<T> emit(int max_depth) const {
+    BinaryTree<T> emit(int deepest) const {
         struct Task {
             std::uint32_t from, to;
             int depth;
@@ -174,7 +174,7 @@ private:
                 result.nodes[task.to].count = leaf.count;
                 continue;
             }
-            if (task.depth == max_depth) return {};
+            if (task.depth == deepest) return {};
             const std::uint32_t left = std::uint32_t(result.nodes.size());
             result.nodes[task.to].left = left;
             result.nodes.resize(left + 2);

@@ -9,15 +9,20 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// What a tree is like. A box's chance of being met by a ray that meets the root's is the ratio of their areas.
+/// What a tree is like, whatever primitives lie in it; what the tree asks the caller for is not counted. A box's chance
+/// of being met by a ray that meets the root's is the ratio of their areas.
 struct BvhStatistics {
-    std::size_t nodes = 0, leaves = 0, blocks = 0, triangles = 0, dropped = 0;
+    std::size_t nodes = 0, leaves = 0, blocks = 0;
+    std::size_t triangles = 0;  ///< primitives of any kind in the tree, each counted once
+    std::size_t duplicates = 0; ///< places in leaves beyond each primitive's first: what spatial splits cost
+    std::size_t hidden = 0;     ///< of the triangles, those that cannot be hit since the last refit
+    std::size_t dropped = 0;    ///< left out at the build
     int depth = 0;             ///< nodes on the longest way down
     double node_visits = 0;    ///< expected of such a ray, without regard to hits
     double block_tests = 0;    ///< the same
     double sah_cost = 0;       ///< node_visits + block_tests
     double node_fill = 0;      ///< mean share of the children's places that are taken, in [0, 1]
-    double block_fill = 0;     ///< mean share of the blocks' lanes that hold a triangle, in [0, 1]
+    double block_fill = 0;     ///< mean share of the blocks' lanes that hold a primitive, in [0, 1]
     std::size_t node_bytes = 0, block_bytes = 0; ///< of what the queries read
 
     double bytes_per_triangle() const {
@@ -34,7 +39,19 @@ BvhStatistics statistics(const BasicBvh<T, Leaves>& bvh) {
     BvhStatistics s;
     s.nodes = tree.nodes.size();
     s.blocks = tree.blocks.size();
-    s.triangles = tree.primitives;
+    std::vector<bool> seen(bvh.source_count());
+    for (const auto& block : tree.blocks)
+        for (const std::uint32_t id : block.primitive) {
+            if (id == no_primitive) continue;
+            const std::size_t primitive = id & ~detail::hidden_bit;
+            if (seen[primitive]) {
+                ++s.duplicates;
+                continue;
+            }
+            seen[primitive] = true;
+            ++s.triangles;
+            s.hidden += std::size_t((id & detail::hidden_bit) != 0);
+        }
     s.dropped = tree.dropped;
     s.node_bytes = s.nodes * sizeof(detail::WideNode<T>);
     s.block_bytes = s.blocks * sizeof(typename Leaves::Block);
@@ -69,7 +86,7 @@ BvhStatistics statistics(const BasicBvh<T, Leaves>& bvh) {
     }
     s.sah_cost = s.node_visits + s.block_tests;
     s.node_fill = double(children) / double(s.nodes * std::size_t(width));
-    s.block_fill = double(s.triangles) / double(s.blocks * std::size_t(detail::block_lanes));
+    s.block_fill = double(s.triangles + s.duplicates) / double(s.blocks * std::size_t(detail::block_lanes));
     return s;
 }
 

@@ -3,10 +3,15 @@
 #include <lambent/bvh/wide.hpp>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/ray.hpp>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <algorithm>
 #include <cstdint>
+#include <cstring>
+#include <limits>
+#include <type_traits>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -17,6 +22,26 @@ namespace detail {
 /// keeps to it), a wide node spans at least one split, and visiting one leaves at most width - 1 entries on the stack.
 inline constexpr int max_depth = 64 + 28;
 
+/// Byte offsets from a node of the planes through which a ray enters and leaves, by axis.
+struct PlaneOffsets {
+    std::uint32_t near[3], far[3];
+};
+/// By the signs of the ray's direction, one bit an axis.
+template <class T>
+inline constexpr std::array<PlaneOffsets, 8> plane_offsets = [] {
+    std::array<PlaneOffsets, 8> table{};
+    constexpr std::uint32_t plane = sizeof(T) * std::uint32_t(node_width<T>);
+    for (std::uint32_t signs = 0; signs < 8; ++signs)
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            table[signs].near[k] = (2 * k + (signs >> k & 1u)) * plane;
+            table[signs].far[k] = (2 * k + (~signs >> k & 1u)) * plane;
+        }
+    return table;
+}();
+
+template <class T>
+inline constexpr T steepest = T(sizeof(T) == 4 ? 1ull << 24 : 1ull << 50);
+
 /// A ray as boxes are tested with: distances count along its largest axis, where the direction is then ±1, so
 /// that nothing here depends on the direction's length.
 ///
@@ -25,128 +50,178 @@ inline constexpr int max_depth = 64 + 28;
 /// 7u · reach for the triangle test (vertices moved and sheared, weights, t), where reach is the distance from
 /// the origin to the farthest plane of the scene's box; 4u · reach for rounding here; 2u · |origin| for the
 /// product in the shift. So a box is never missed whose triangle the triangle test would report, at that t.
-/// A direction's component below 2^-50 of the largest is taken as that, sign of zero included: over the
-/// distance to the scene's far side this moves the ray by less than the margin, and no plane times scale is
-/// ever 0 · inf.
+/// A direction's component below 1 / steepest of the largest is taken as that, sign of zero included: over the
+/// distance to the scene's far side this moves the ray by u (in double 8u) · reach, which the margin covers too, and no
+/// plane times scale is ever 0 · inf.
 template <class T>
 struct SlabRay {
     static constexpr int width = node_width<T>;
     using Lanes = Pack<T, width>;
-    Lanes scale[3], near_shift[3], far_shift[3];
-    int near_plane[3]; ///< index into WideNode::plane; the far one is its neighbour
-    T along;           ///< t times this is a distance along the largest axis
+    using Constant = std::conditional_t<loads_spread<T>, T, Lanes>;
+    Constant scale[3], near_shift[3], far_shift[3], from;
+    const PlaneOffsets* plane;
+    T along; ///< t times this is a distance along the largest axis
 
-    SlabRay(const Ray<T>& ray, const Bounds3<T>& bounds) {
+    SlabRay() = default;
+
+    /// False, and nothing else set, for a ray that hits nothing: with a NaN, an infinite origin or direction, or none.
+    template <class Tree>
+    [[gnu::always_inline]] bool start(const Ray<T>& ray, const Tree& tree) {
+        using Four = Pack<T, 4>;
+        using Bits = typename Mask<T, 4>::Vector;
         constexpr T u = std::numeric_limits<T>::epsilon() / 2;
-        along = std::abs(ray.direction[largest_axis(ray.direction)]);
-        const Vec3<T> farthest =
-            glm::max(glm::abs(bounds.min - ray.origin), glm::abs(bounds.max - ray.origin));
-        const T reach = max_component(farthest);
+        const auto spread = [](T x, T y, T z) { return Four(typename Four::Vector{x, y, z, 0}); };
+        const Four o = spread(ray.origin.x, ray.origin.y, ray.origin.z);
+        const Four d = spread(ray.direction.x, ray.direction.y, ray.direction.z);
+        const Four size = abs(d), ends = abs(spread(ray.t_min, ray.t_max, 0));
+        along = std::max(size[0], std::max(size[1], size[2]));
+        constexpr auto infinite = typename Mask<T, 4>::Lane(FloatBits<T>::exponent);
+        const Bits wrong = (Bits(abs(o).v) >= infinite) | (Bits(size.v) >= infinite) | (Bits(ends.v) > infinite);
+        if (bits(Mask<T, 4>{wrong}) != 0 || !(along >= std::numeric_limits<T>::min())) return false;
+
+        const Four reaches = abs(o - Four::load(tree.center)) + Four::load(tree.half_size);
+        const T reach = std::max(reaches[0], std::max(reaches[1], reaches[2]));
+        const Four s = select(size * Four(steepest<T>) > Four(along), Four(along) / d, copysign(Four(steepest<T>), d));
+        const Four margin = multiply_add(Four(4 * u), abs(o), Four(tree.margin * u * reach)) * abs(s);
+        const Four shift = -o * s, near = shift - margin, far = shift + margin;
+        plane = &plane_offsets<T>[bits(s < Four(T(0))) & 7u];
         for (int k = 0; k < 3; ++k) {
-            const T d = ray.direction[k];
-            constexpr T limit = T(1ull << 50);
-            const T s = std::abs(d) * limit > along ? along / d : std::copysign(limit, d);
-            const T shift = -ray.origin[k] * s;
-            const T margin = (24 * u * reach + 4 * u * std::abs(ray.origin[k])) * std::abs(s);
-            scale[k] = s;
-            near_shift[k] = shift - margin;
-            far_shift[k] = shift + margin;
-            near_plane[k] = 2 * k + (s < 0 ? 1 : 0);
+            scale[k] = s[k];
+            near_shift[k] = near[k];
+            far_shift[k] = far[k];
         }
+        const T start = ray.t_min * along;
+        from = start - std::abs(start) * slack;
+        return true;
     }
 
-    /// Which children the ray meets between `from` and `to`; where it enters each.
-    Mask<T, width> meets(const WideNode<T>& node, Lanes from, Lanes to, Lanes& entry) const {
-        const auto at = [&](int plane, int k, const Lanes* shift) {
-            return multiply_add(Lanes::load(node.plane[plane]), scale[k], shift[k]);
+    /// The last distance at which boxes are of interest, for hits before t.
+    T limit_of(T t) const {
+        const T distance = t * along;
+        return distance + (std::abs(distance) * slack + std::numeric_limits<T>::min());
+    }
+
+    /// Which children the ray meets up to `limit`; where it enters each.
+    [[gnu::always_inline]] Mask<T, width> meets(const WideNode<T>& node, T limit, Lanes& entry) const {
+        const auto at = [&](std::uint32_t offset, int k, const Constant* shift) {
+            Lanes lanes;
+            std::memcpy(&lanes.v, reinterpret_cast<const unsigned char*>(&node) + offset, sizeof(lanes.v));
+            return multiply_add(lanes, Lanes(scale[k]), Lanes(shift[k]));
         };
-        entry = max(max(at(near_plane[0], 0, near_shift), at(near_plane[1], 1, near_shift)),
-                    max(at(near_plane[2], 2, near_shift), from));
-        const Lanes exit = min(min(at(near_plane[0] ^ 1, 0, far_shift), at(near_plane[1] ^ 1, 1, far_shift)),
-                               min(at(near_plane[2] ^ 1, 2, far_shift), to));
+        entry = max(max(at(plane->near[0], 0, near_shift), at(plane->near[1], 1, near_shift)),
+                    max(at(plane->near[2], 2, near_shift), Lanes(from)));
+        const Lanes exit = min(min(at(plane->far[0], 0, far_shift), at(plane->far[1], 1, far_shift)),
+                               min(at(plane->far[2], 2, far_shift), Lanes(limit)));
         return entry <= exit;
     }
+
+private:
+    /// Of the distances' rounding, and of their tags', which change less than `width` units in the last place.
+    static constexpr T slack = T(2 * width + 4) * std::numeric_limits<T>::epsilon();
 };
 
-/// Finite, of a usable length, with bounds that are numbers; everything else hits nothing.
-template <class T>
-inline bool usable(const Ray<T>& ray) {
-    const auto is_nan = [](T x) {
-        using Bits = FloatBits<T>;
-        return (std::bit_cast<typename Bits::Type>(x) & ~Bits::sign) > Bits::exponent;
-    };
-    return is_finite(ray.origin) && is_finite(ray.direction) && !is_nan(ray.t_min) && !is_nan(ray.t_max) &&
-           max_component(glm::abs(ray.direction)) >= std::numeric_limits<T>::min();
+/// Hides from the compiler what `object` holds, so that it stays in memory.
+template <class Object>
+[[gnu::always_inline]] inline void keep_in_memory(Object& object) {
+    asm volatile("" : "+m"(object));
 }
 
+/// Entries of a traversal's stack, and room for one more node's to be stored as a whole.
+template <class T>
+inline constexpr std::size_t max_stack = std::size_t(max_depth * (node_width<T> - 1) + node_width<T>);
+
+/// values[lane], but by a jump that the processor foresees: it then goes on with the next node before it knows the lane.
+template <int N>
+[[gnu::always_inline]] inline std::uint32_t foreseen(const std::uint32_t* values, int lane) {
+    std::uint32_t r;
+    switch (lane) {
+    case 0: r = values[0]; asm volatile("# 0" : "+r"(r)); return r;
+    case 1: r = values[1]; asm volatile("# 1" : "+r"(r)); return r;
+    case 2: r = values[2]; asm volatile("# 2" : "+r"(r)); return r;
+    case 3: r = values[3]; asm volatile("# 3" : "+r"(r)); return r;
+    case 4: r = values[4 % N]; asm volatile("# 4" : "+r"(r)); return r;
+    case 5: r = values[5 % N]; asm volatile("# 5" : "+r"(r)); return r;
+    case 6: r = values[6 % N]; asm volatile("# 6" : "+r"(r)); return r;
+    default: r = values[7 % N]; asm volatile("# 7" : "+r"(r)); return r;
+    }
+}
 /// The one loop behind every query of a single ray. Returns the nearest hit, or for Query::any some hit.
 /// leaves  what lies in the leaves, and how a ray meets it: see leaves.hpp
 template <Query query, class T, class Leaves, class Accept>
-inline Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Ray<T>& ray,
+[[gnu::noinline]] Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Ray<T>& ray,
                        const Accept& accept) {
     constexpr int width = node_width<T>;
     using Lanes = Pack<T, width>;
     using Block = typename Leaves::Block;
-    struct Entry {
-        T distance;
-        std::uint32_t child;
-    };
 
     Hit<T> hit;
-    if (tree.nodes.empty() || !usable(ray)) return hit;
-    const SlabRay<T> slabs(ray, tree.bounds);
-    const typename Leaves::Query prepared(ray);
-    constexpr T slack = 4 * std::numeric_limits<T>::epsilon();
-    const T start = ray.t_min * slabs.along;
-    const Lanes from = start - std::abs(start) * slack;
-    const auto limit_of = [&](T t) {
-        const T distance = t * slabs.along;
-        return distance + std::abs(distance) * slack;
-    };
-    T limit = limit_of(ray.t_max); // hits beyond are of no interest
+    SlabRay<T> slabs;
+    if (tree.nodes.empty() || !slabs.start(ray, tree)) return hit;
+    typename Leaves::Query prepared(ray);
+    keep_in_memory(prepared); // registers are for boxes
+    T limit = slabs.limit_of(ray.t_max);
     hit.t = ray.t_max;
 
     const WideNode<T>* const nodes = tree.nodes.data();
     const Block* const blocks = tree.blocks.data();
-    Entry stack[std::size_t(max_depth * (width - 1) + 1)];
-    Entry* top = stack;
+    alignas(64) T distances[query == Query::any ? 1 : max_stack<T>];
+    alignas(64) std::uint32_t children[max_stack<T>];
+    std::size_t top = 0;
     std::uint32_t current = 0;
+    const auto lane_of = [](T tagged) { return int(std::bit_cast<typename FloatBits<T>::Type>(tagged) & (width - 1)); };
+    [[maybe_unused]] const auto prefetch = [&](std::uint32_t child) {
+        const char* const p = (child & Child::leaf_bit) != 0 ? reinterpret_cast<const char*>(blocks + (child & Child::index_mask)) : reinterpret_cast<const char*>(nodes + child);
+        __builtin_prefetch(p);
+        __builtin_prefetch(p + 64);
+        __builtin_prefetch(p + 128);
+        __builtin_prefetch(p + 192);
+    };
+    const auto push = [&](T distance, std::uint32_t child) {
+        distances[top] = distance;
+        children[top++] = child;
+        prefetch(child);
+    };
     for (;;) {
         while ((current & Child::leaf_bit) == 0) {
             const WideNode<T>& node = nodes[current];
             Lanes entry;
-            unsigned met = bits(slabs.meets(node, from, limit, entry));
+            const Mask<T, width> mask = slabs.meets(node, limit, entry);
+            unsigned met = bits(mask);
             if (met == 0) goto next;
-            int lane = std::countr_zero(met);
-            met &= met - 1;
-            current = node.child[lane];
-            if (met == 0) continue;
             if constexpr (query == Query::any) {
-                do {
-                    lane = std::countr_zero(met);
-                    *top++ = {0, node.child[lane]};
-                    met &= met - 1;
-                } while (met != 0);
-            } else {
-                T distances[std::size_t(width)];
-                entry.store(distances);
-                Entry nearest{distances[lane], current};
-                lane = std::countr_zero(met);
+                int lane = std::countr_zero(met);
                 met &= met - 1;
-                Entry other{distances[lane], node.child[lane]};
-                if (other.distance < nearest.distance) std::swap(nearest, other);
-                Entry* const base = top;
-                *top++ = other;
-                while (met != 0) { // the stack stays sorted, the nearest on top
-                    lane = std::countr_zero(met);
-                    met &= met - 1;
-                    other = {distances[lane], node.child[lane]};
-                    if (other.distance < nearest.distance) std::swap(nearest, other);
-                    Entry* place = top++;
-                    for (; place != base && place[-1].distance < other.distance; --place) *place = place[-1];
-                    *place = other;
+                current = foreseen<width>(node.child, lane);
+                for (; met != 0; met ^= 1u << lane) { // the lowest lane last, so that it is visited first
+                    lane = 31 - std::countl_zero(met);
+                    children[top++] = node.child[lane];
+                    prefetch(node.child[lane]);
                 }
-                current = nearest.child;
+            } else {
+                if ((met & (met - 1)) == 0) {
+                    current = foreseen<width>(node.child, std::countr_zero(met));
+                    continue;
+                }
+                const unsigned rest = met & (met - 1);
+                if ((rest & (rest - 1)) == 0) { // two: a branch on which is nearer, for it is often foreseen
+                    T keys[std::size_t(width)];
+                    entry.store(keys);
+                    const int a = std::countr_zero(met), b = std::countr_zero(rest);
+                    if (keys[a] < keys[b]) {
+                        push(keys[b], node.child[b]);
+                        current = foreseen<width>(node.child, a);
+                    } else {
+                        push(keys[a], node.child[a]);
+                        current = foreseen<width>(node.child, b);
+                    }
+                    continue;
+                }
+                const Lanes order = sorted_descending(select(mask, tagged(entry), Lanes(T(-0.0))));
+                order.store(distances + top);
+                look_up(order, node.child, children + top);
+                top += std::size_t(std::popcount(met)) - 1;
+                current = foreseen<width>(node.child, lane_of(distances[top]));
+                prefetch(children[top - 1]);
             }
         }
         {
@@ -154,18 +229,19 @@ inline Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Le
             const int count = (current & Child::second_block_bit) != 0 ? 2 : 1;
             if (leaves.template meet<query>(prepared, first, count, accept, hit)) {
                 if constexpr (query == Query::any) return hit;
-                limit = limit_of(hit.t);
+                limit = slabs.limit_of(hit.t);
             }
         }
     next:
         do {
-            if (top == stack) {
+            if (top == 0) {
                 if (!hit) hit.t = std::numeric_limits<T>::infinity();
                 return hit;
             }
             --top;
-        } while (query == Query::closest && top->distance > limit);
-        current = top->child;
+        } while (query == Query::closest && distances[top] > limit);
+        current = children[top];
+        if constexpr (query == Query::closest) prefetch(children[top - (top > 0)]);
     }
 }
 

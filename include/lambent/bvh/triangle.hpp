@@ -1,6 +1,8 @@
 #pragma once
 #include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
+#include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -15,6 +17,12 @@ struct alignas(4 * sizeof(T)) TriangleBlock {
     static constexpr int lanes = 4;
     T vertex[3][3][lanes]; ///< [vertex][axis][lane]
     std::uint32_t primitive[lanes];
+
+    static TriangleBlock empty() {
+        TriangleBlock block{};
+        for (std::uint32_t& id : block.primitive) id = no_primitive;
+        return block;
+    }
 };
 
 /// A ray in the frame in which it starts at the origin and runs along its largest axis: x and y are sheared
@@ -22,30 +30,68 @@ struct alignas(4 * sizeof(T)) TriangleBlock {
 template <class T>
 struct ShearedRay {
     int kx, ky, kz;       ///< where the frame's axes lie in ours
-    Pack<T, 4> origin[3]; ///< by the frame's axes
-    Pack<T, 4> shear_x, shear_y;
-    Pack<T, 4> inverse_z; ///< 1 / direction[kz]
+    T origin[3];          ///< by the frame's axes
+    T shear_x, shear_y;
+    T inverse_z; ///< 1 / direction[kz]
 
-    explicit ShearedRay(const Ray<T>& ray)
-        : kz(largest_axis(ray.direction)) {
-        kx = kz == 2 ? 0 : kz + 1;
-        ky = kx == 2 ? 0 : kx + 1;
-        origin[0] = ray.origin[kx];
-        origin[1] = ray.origin[ky];
-        origin[2] = ray.origin[kz];
-        const T z = ray.direction[kz];
-        shear_x = ray.direction[kx] / z;
-        shear_y = ray.direction[ky] / z;
-        inverse_z = T(1) / z;
+    ShearedRay() = default;
+    [[gnu::always_inline]] explicit ShearedRay(const Ray<T>& ray) {
+        using Four = Pack<T, 4>;
+        const Four size = abs(Four(typename Four::Vector{ray.direction.x, ray.direction.y, ray.direction.z, 0}));
+        const T largest = std::max(size[0], std::max(size[1], size[2]));
+        kz = std::countr_zero(bits(size >= Four(largest)) | 4u); // without branches: directions are hard to foresee
+        constexpr int next[4] = {1, 2, 0, 1};
+        kx = next[kz];
+        ky = next[kx];
+        const T o[3] = {ray.origin.x, ray.origin.y, ray.origin.z}; // GLM's own [] is a switch
+        const T d[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
+        origin[0] = o[kx];
+        origin[1] = o[ky];
+        origin[2] = o[kz];
+        const Four quotients = Four(typename Four::Vector{d[kx], d[ky], 1, 0}) / Four(d[kz]);
+        shear_x = quotients[0];
+        shear_y = quotients[1];
+        inverse_z = quotients[2];
     }
 };
 
-/// Where a ray meets four triangles.
-template <class T>
+/// Which side of a triangle can be hit. Front is the side from which its vertices run counter-clockwise.
+enum class Side : std::uint8_t { both, front, back };
+
+/// Whose an edge is that two triangles share: both report a hit there, or exactly one of them does.
+enum class Edges : std::uint8_t { shared, owned };
+
+/// What else decides whether a triangle is hit; known to the compiler, so that what isn't asked for costs nothing.
+struct HitRules {
+    Side side = Side::both;
+    Edges edges = Edges::shared;
+    friend bool operator==(const HitRules&, const HitRules&) = default;
+};
+
+namespace detail {
+/// Whether the triangle holds a point next to the origin, by (e, e²) for an e > 0 smaller than anything: then no
+/// point lies on an edge, and where triangles meet, exactly one of them holds it, whichever way they are oriented.
+/// The edge function w = a × b of an edge through the origin grows towards that point as a.y - b.y does, or if
+/// those are equal as b.x - a.x. Comparisons alone, so this is exact.
+/// source  Edelsbrunner, Mücke, "Simulation of simplicity", ACM TOG 9 (1990)
+template <class T, int N>
+inline Mask<T, N> holds_next_to_origin(const Pack<T, N>* x, const Pack<T, N>* y, Pack<T, N> w0, Pack<T, N> w1,
+                                       Pack<T, N> w2) {
+    const Pack<T, N> zero = T(0);
+    const auto positive = [&](Pack<T, N> w, int a, int b) {
+        return (w > zero) | ((w == zero) & ((y[a] > y[b]) | ((y[a] == y[b]) & (x[b] > x[a]))));
+    };
+    const Mask<T, N> p0 = positive(w0, 2, 1), p1 = positive(w1, 0, 2), p2 = positive(w2, 1, 0);
+    return (p0 & p1 & p2) | ~(p0 | p1 | p2);
+}
+} // namespace detail
+
+/// Where rays meet triangles: one ray and the triangles of a block or of two, or several rays and one triangle.
+template <class T, int N>
 struct BlockHit {
-    Mask<T, 4> mask; ///< lanes with a hit, t_min <= t < t_max
-    Pack<T, 4> t;
-    Pack<T, 4> u, v; ///< barycentric weights of vertices 1 and 2
+    Mask<T, N> mask; ///< lanes with a hit, t_min <= t < t_max
+    Pack<T, N> t;
+    Pack<T, N> u, v; ///< barycentric weights of vertices 1 and 2
 };
 
 /// The watertight ray/triangle test: a ray that passes between two triangles with a common edge, or through
@@ -57,35 +103,62 @@ struct BlockHit {
 ///         vanish or overflow
 /// source  Woop, Benthin, Wald, JCGT 2:1 (2013). We differ: the sign is exact by an fma-faithful difference
 ///         of products, where theirs holds only if the compiler fuses nothing.
-template <class T>
-inline BlockHit<T> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>& block, Pack<T, 4> t_min,
-                             Pack<T, 4> t_max) {
-    using Lanes = Pack<T, 4>;
-    Lanes x[3], y[3], z[3];
-    for (int i = 0; i < 3; ++i) {
-        z[i] = Lanes::load(block.vertex[i][ray.kz]) - ray.origin[2];
-        x[i] = negated_multiply_add(ray.shear_x, z[i], Lanes::load(block.vertex[i][ray.kx]) - ray.origin[0]);
-        y[i] = negated_multiply_add(ray.shear_y, z[i], Lanes::load(block.vertex[i][ray.ky]) - ray.origin[1]);
-    }
+template <HitRules rules, class T, int N>
+[[gnu::always_inline]] inline BlockHit<T, N> intersect_sheared(const Pack<T, N>* x, const Pack<T, N>* y, const Pack<T, N>* z,
+                                                               Pack<T, N> inverse_z, Pack<T, N> t_min, Pack<T, N> t_max) {
+    using Lanes = Pack<T, N>;
     const Lanes w0 = difference_of_products(x[2], y[1], y[2], x[1]);
     const Lanes w1 = difference_of_products(x[0], y[2], y[0], x[2]);
     const Lanes w2 = difference_of_products(x[1], y[0], y[1], x[0]);
 
-    BlockHit<T> hit;
+    BlockHit<T, N> hit;
     const Lanes zero = T(0);
     const Lanes least = min(w0, min(w1, w2)), most = max(w0, max(w1, w2));
     hit.mask = (least >= zero) ^ (most <= zero); // both where all three vanish: edge-on
+    if constexpr (rules.side != Side::both) { // the frame is seen along its z, or against it
+        const Mask<T, N> front = (most > zero) ^ (inverse_z < zero);
+        hit.mask = hit.mask & (rules.side == Side::front ? front : ~front);
+    }
     if (bits(hit.mask) == 0) return hit;
+    if constexpr (rules.edges == Edges::owned) {
+        if (bits(hit.mask & ((least == zero) | (most == zero))) != 0)
+            hit.mask = hit.mask & detail::holds_next_to_origin(x, y, w0, w1, w2);
+    }
     // Weights first, and no compiler may divide later: their products with the depth could overflow. A mean of the
-    // depths with weights of one sign never leaves the triangle, however thin it is seen.
-    const Lanes determinant = w0 + w1 + w2;
-    hit.u = opaque(w1 / determinant);
-    hit.v = opaque(w2 / determinant);
+    // depths with weights of one sign never leaves the triangle, however thin it is seen. Nor may one divide here and
+    // multiply by a reciprocal there: all queries then give the same bits, also under -ffast-math.
+    const Lanes determinant = opaque(w0 + w1) + w2;
+    hit.u = opaque(w1 / opaque(determinant));
+    hit.v = opaque(w2 / opaque(determinant));
     const Lanes depth =
-        multiply_add(opaque(w0 / determinant), z[0], multiply_add(hit.u, z[1], hit.v * z[2]));
-    hit.t = depth * ray.inverse_z;
+        multiply_add(opaque(w0 / opaque(determinant)), z[0], multiply_add(hit.u, z[1], hit.v * z[2]));
+    hit.t = depth * inverse_z;
     hit.mask = hit.mask & (hit.t >= t_min) & (hit.t < t_max);
     return hit;
+}
+
+/// One ray and, with N = 4, the triangles of a block; with N = 8 those of two, in the time of one and a half where
+/// registers are that wide.
+template <HitRules rules, int N, class T>
+[[gnu::always_inline]] inline BlockHit<T, N> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>* blocks, T t_min,
+                                                       T t_max) {
+    using Lanes = Pack<T, N>;
+    const auto load = [blocks](int i, int axis) {
+        if constexpr (N == 4) {
+            return Lanes::load(blocks->vertex[i][axis]);
+        } else {
+            return join(Pack<T, 4>::load(blocks[0].vertex[i][axis]), Pack<T, 4>::load(blocks[1].vertex[i][axis]));
+        }
+    };
+    const Lanes origin_x = ray.origin[0], origin_y = ray.origin[1], origin_z = ray.origin[2];
+    const Lanes shear_x = ray.shear_x, shear_y = ray.shear_y;
+    Lanes x[3], y[3], z[3];
+    for (int i = 0; i < 3; ++i) {
+        z[i] = load(i, ray.kz) - origin_z;
+        x[i] = negated_multiply_add(shear_x, z[i], load(i, ray.kx) - origin_x);
+        y[i] = negated_multiply_add(shear_y, z[i], load(i, ray.ky) - origin_y);
+    }
+    return intersect_sheared<rules, T, N>(x, y, z, ray.inverse_z, t_min, t_max);
 }
 
 } // namespace LAMBENT_ABI

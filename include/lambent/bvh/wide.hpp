@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace lambent {
@@ -36,15 +37,29 @@ struct alignas(64) WideNode {
 /// A leaf is one or two blocks of four primitives each.
 inline constexpr int block_lanes = 4;
 
+/// By how much boxes are widened for rays: in units of rounding, half an epsilon, of the distance from a ray's origin
+/// to the farthest plane of the scene's box. What it covers is said at SlabRay.
+template <class T> inline constexpr T default_margin = 24;
+
 /// A tree as the traversal reads it; node 0 is the root. Without primitives it has neither nodes nor blocks.
 template <class T, class Block>
 struct WideTree {
     LargeArray<WideNode<T>> nodes;
     LargeArray<Block> blocks;
     Bounds3<T> bounds;
+    alignas(4 * sizeof(T)) T center[4] = {}, half_size[4] = {}; ///< of bounds, for rays' set-up
+    T margin = default_margin<T>;
     std::size_t dropped = 0;
-    std::size_t primitives = 0;
     std::size_t duplicates = 0; ///< places in leaves beyond one for each primitive; 0: no primitive is met twice
+    std::size_t primitives = 0;
+
+    void set_bounds(const Bounds3<T>& box) {
+        bounds = box;
+        for (int k = 0; k < 3; ++k) {
+            center[k] = box.min[k] / 2 + box.max[k] / 2;
+            half_size[k] = box.max[k] / 2 - box.min[k] / 2;
+        }
+    }
 };
 
 /// Makes wide nodes of a binary tree such that the expected cost of a ray is least, by dynamic programming
@@ -67,10 +82,8 @@ public:
         wide.dropped = tree_.dropped;
         wide.primitives = tree_.references.size() - tree_.duplicates;
         if (tree_.nodes.empty()) return wide;
-        for (int k = 0; k < 3; ++k) {
-            wide.bounds.min[k] = tree_.nodes[0].box.lo(k);
-            wide.bounds.max[k] = tree_.nodes[0].box.hi(k);
-        }
+        const PackBox<T>& root = tree_.nodes[0].box;
+        wide.set_bounds({{root.lo(0), root.lo(1), root.lo(2)}, {root.hi(0), root.hi(1), root.hi(2)}});
         for (std::size_t i = plans_.size(); i-- > 0;) plan(i); // children come after their parent
         wide.nodes.reserve(plans_.size() / 4 + 1);
         wide.blocks.reserve(plans_.size() / 2 + 1);
@@ -163,6 +176,13 @@ private:
             } else {
                 gather(binary, width, true, children, count);
             }
+            // Any-hit queries go by the lanes' order: what lies in a small box is the likelier to be hit.
+            const auto before = [&](std::uint32_t a, std::uint32_t b) {
+                const T area_a = tree_.nodes[a].box.half_area(), area_b = tree_.nodes[b].box.half_area();
+                return area_a < area_b || (area_a == area_b && a < b);
+            };
+            for (int i = 1; i < count; ++i)
+                for (int k = i; k > 0 && before(children[k], children[k - 1]); --k) std::swap(children[k], children[k - 1]);
             for (int lane = 0; lane < width; ++lane) {
                 const PackBox<T> box = lane < count ? tree_.nodes[children[lane]].box : PackBox<T>{};
                 for (int axis = 0; axis < 3; ++axis) {
@@ -187,7 +207,7 @@ private:
     template <class Block, class MakeBlock>
     std::uint32_t add_leaf(WideTree<T, Block>& wide, const MakeBlock& make_block, const BinaryNode<T>& node) const {
         const std::uint32_t index = std::uint32_t(wide.blocks.size());
-        std::uint32_t primitives[max_leaf];
+        std::uint32_t primitives[max_leaf] = {};
         const std::uint32_t count = distinct(node, primitives);
         for (std::uint32_t first = 0; first < count; first += block_lanes)
             wide.blocks.push_back(make_block(std::span<const std::uint32_t>(

@@ -22,14 +22,14 @@ struct LargePageAllocator {
     template <class U> LargePageAllocator(const LargePageAllocator<U>&) {}
 
     T* allocate(std::size_t n) {
-        if (n > std::size_t(-1) / sizeof(T)) throw std::bad_array_new_length();
+        // Vectors ask for no more than max_size() of them: the product does not overflow.
         void* const p = ::operator new(n * sizeof(T), alignment(n));
 #if defined(__linux__) && defined(MADV_HUGEPAGE)
         if (large(n)) madvise(p, n * sizeof(T), MADV_HUGEPAGE); // advice: nothing depends on its being taken
 #endif
         return static_cast<T*>(p);
     }
-    void deallocate(T* p, std::size_t n) { ::operator delete(p, n * sizeof(T), alignment(n)); }
+    void deallocate(T* p, std::size_t n) { ::operator delete(p, alignment(n)); }
 
     friend bool operator==(const LargePageAllocator&, const LargePageAllocator&) { return true; }
 

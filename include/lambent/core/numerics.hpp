@@ -56,6 +56,13 @@ constexpr bool is_finite(T x) {
     return (std::bit_cast<typename Bits::Type>(x) & Bits::exponent) != Bits::exponent;
 }
 
+/// NaN, by its bits: x != x is always false under -ffast-math.
+template <std::floating_point T>
+constexpr bool is_nan(T x) {
+    using Bits = detail::FloatBits<T>;
+    return (std::bit_cast<typename Bits::Type>(x) & ~Bits::sign) > Bits::exponent;
+}
+
 template <class T>
 constexpr bool is_finite(const Vec3<T>& v) {
     return is_finite(v.x) && is_finite(v.y) && is_finite(v.z);
@@ -140,6 +147,17 @@ inline T pairwise_sum(std::span<const T> values) {
     }
     const std::size_t half = std::bit_ceil(values.size()) / 2;
     return detail::opaque(pairwise_sum(values.first(half)) + pairwise_sum(values.subspan(half)));
+}
+
+/// a·b + c, fused where the machine can, and then always: left to itself the compiler may round the same expression
+/// otherwise in another place.
+template <std::floating_point T>
+inline T multiply_add(T a, T b, T c) {
+    if constexpr (LAMBENT_HAS_FMA) {
+        return std::fma(a, b, c);
+    } else {
+        return detail::opaque(detail::opaque(a * b) + c);
+    }
 }
 
 /// Square root that takes the small negative values of rounding as 0.

@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/vec.hpp>
+#include <concepts>
 #include <cstdint>
 #include <limits>
 
@@ -18,6 +19,13 @@ struct Ray {
 
 using Rayf = Ray<float>;
 using Rayd = Ray<double>;
+
+/// Makes a Ray<T> of the caller's own ray type R, where one is asked for; rays then stay in the caller's arrays.
+///     const auto as_ray = [](const MyRay& r) { return Rayf{r.from, r.to - r.from, 0, 1}; };
+template <class P, class R, class T>
+concept RayProjection = requires(const P& projection, const R& ray) {
+    { projection(ray) } -> std::convertible_to<Ray<T>>;
+};
 
 inline constexpr std::uint32_t no_primitive = 0xffffffffu;
 

@@ -1,12 +1,14 @@
 #pragma once
 #include <lambent/core/config.hpp>
 #include <lambent/core/numerics.hpp>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 #include <utility>
 #if defined(__SSE2__)
@@ -34,6 +36,15 @@ inline constexpr int native_width =
     int(32 / sizeof(T));
 #else
     sizeof(T) == 4 ? 4 : 2;
+#endif
+
+/// Whether one instruction loads a value from memory into all lanes; elsewhere it pays to store them spread.
+template <class T>
+inline constexpr bool loads_spread =
+#if defined(__AVX__) || defined(__aarch64__)
+    true;
+#else
+    false;
 #endif
 
 namespace detail {
@@ -102,7 +113,7 @@ struct Pack {
 
 /// a where the mask is set, else b.
 template <class T, int N>
-inline Pack<T, N> select(Mask<T, N> mask, Pack<T, N> a, Pack<T, N> b) {
+[[gnu::always_inline]] inline Pack<T, N> select(Mask<T, N> mask, Pack<T, N> a, Pack<T, N> b) {
     return mask.v ? a.v : b.v;
 }
 
@@ -134,7 +145,7 @@ inline Pack<To, N> convert(Pack<T, N> a) {
 
 /// Lane-wise a < b ? a : b, so b where either is NaN (as the x86 instruction does).
 template <class T, int N>
-inline Pack<T, N> min(Pack<T, N> a, Pack<T, N> b) {
+[[gnu::always_inline]] inline Pack<T, N> min(Pack<T, N> a, Pack<T, N> b) {
     using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
 #if defined(__AVX512F__)
     if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_min_ps(__m512(a.v), __m512(b.v)));
@@ -157,7 +168,7 @@ inline Pack<T, N> min(Pack<T, N> a, Pack<T, N> b) {
 
 /// Lane-wise a > b ? a : b, so b where either is NaN.
 template <class T, int N>
-inline Pack<T, N> max(Pack<T, N> a, Pack<T, N> b) {
+[[gnu::always_inline]] inline Pack<T, N> max(Pack<T, N> a, Pack<T, N> b) {
     using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
 #if defined(__AVX512F__)
     if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_max_ps(__m512(a.v), __m512(b.v)));
@@ -178,10 +189,26 @@ inline Pack<T, N> max(Pack<T, N> a, Pack<T, N> b) {
     }
 }
 
+/// Lane-wise magnitude, by the sign bit.
+template <class T, int N>
+[[gnu::always_inline]] inline Pack<T, N> abs(Pack<T, N> a) {
+    using Ints = typename Mask<T, N>::Vector;
+    constexpr typename Mask<T, N>::Lane rest = std::numeric_limits<typename Mask<T, N>::Lane>::max();
+    return typename Pack<T, N>::Vector(Ints(a.v) & rest);
+}
+
+/// Lane-wise |magnitude| with the sign of the other, zeros' signs included.
+template <class T, int N>
+[[gnu::always_inline]] inline Pack<T, N> copysign(Pack<T, N> magnitude, Pack<T, N> sign) {
+    using Ints = typename Mask<T, N>::Vector;
+    constexpr typename Mask<T, N>::Lane rest = std::numeric_limits<typename Mask<T, N>::Lane>::max();
+    return typename Pack<T, N>::Vector((Ints(magnitude.v) & rest) | (Ints(sign.v) & ~rest));
+}
+
 /// a·b + c with one rounding. Exact everywhere, but a function call a lane where the machine has no such
 /// instruction: see multiply_add.
 template <class T, int N>
-inline Pack<T, N> fma(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
+[[gnu::always_inline]] inline Pack<T, N> fma(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
     using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
 #if defined(__AVX512F__)
     if constexpr (detail::is_pack<float, 16, T, N>)
@@ -215,7 +242,7 @@ inline Pack<T, N> fma(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
 
 /// a·b + c, rounded once or twice, whichever is fast here.
 template <class T, int N>
-inline Pack<T, N> multiply_add(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
+[[gnu::always_inline]] inline Pack<T, N> multiply_add(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
     if constexpr (LAMBENT_HAS_FMA) {
         return fma(a, b, c);
     } else {
@@ -234,7 +261,7 @@ inline Pack<T, N> opaque(Pack<T, N> a) {
 
 /// a·b − c·d with the exact sign: see the scalar function of this name in core/numerics.hpp.
 template <class T, int N>
-inline Pack<T, N> difference_of_products(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c, Pack<T, N> d) {
+[[gnu::always_inline]] inline Pack<T, N> difference_of_products(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c, Pack<T, N> d) {
     if constexpr (!LAMBENT_HAS_FMA && std::is_same_v<T, float>) {
         const auto ab = opaque(convert<double>(a) * convert<double>(b));
         const auto cd = opaque(convert<double>(c) * convert<double>(d));
@@ -251,7 +278,7 @@ inline Pack<T, N> difference_of_products(Pack<T, N> a, Pack<T, N> b, Pack<T, N> 
 
 /// c − a·b with the exact sign of the result, and an error of little more than one rounding.
 template <class T, int N>
-inline Pack<T, N> negated_multiply_add(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
+[[gnu::always_inline]] inline Pack<T, N> negated_multiply_add(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
     if constexpr (!LAMBENT_HAS_FMA && std::is_same_v<T, float>) {
         const auto product = opaque(convert<double>(a) * convert<double>(b)); // exact
         return convert<float>(convert<double>(c) - product);
@@ -262,9 +289,94 @@ inline Pack<T, N> negated_multiply_add(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c)
     }
 }
 
+/// The lanes' bits with the lowest log2(N) replaced by the lane's number: a value that is off by less than N units in
+/// the last place, and knows where it comes from.
+template <class T, int N>
+[[gnu::always_inline]] inline Pack<T, N> tagged(Pack<T, N> a) {
+    using Ints = typename Mask<T, N>::Vector;
+    Ints lane;
+    for (int i = 0; i < N; ++i) lane[i] = i;
+    return typename Pack<T, N>::Vector((Ints(a.v) & ~typename Mask<T, N>::Lane(N - 1)) | lane);
+}
+
+namespace detail {
+/// Exchanges each lane with lane ^ distance where it is the smaller of the two and belongs first.
+template <int stage, int distance, class Ints, int... i>
+[[gnu::always_inline]] inline Ints sort_step(Ints v, std::integer_sequence<int, i...>) {
+    constexpr int n = int(sizeof...(i));
+    const Ints other = __builtin_shufflevector(v, v, (i ^ distance)...);
+    const Ints low = v < other ? v : other, high = v < other ? other : v;
+    return __builtin_shufflevector(low, high, (((i & distance) == 0) == ((i & stage) == 0) ? i + n : i)...);
+}
+} // namespace detail
+
+/// The lanes from the largest to the smallest as the integers that their bits are: the order of values ≥ 0; then come
+/// negative ones, from -inf up, and last -0.
+/// source  Batcher's bitonic network
+template <class T, int N>
+[[gnu::always_inline]] inline Pack<T, N> sorted_descending(Pack<T, N> a) {
+    using Ints = typename Mask<T, N>::Vector;
+    constexpr std::make_integer_sequence<int, N> n{};
+    static_assert(N == 4 || N == 8);
+    Ints v = Ints(a.v);
+    v = detail::sort_step<2, 1>(v, n);
+    v = detail::sort_step<4, 2>(v, n);
+    v = detail::sort_step<4, 1>(v, n);
+    if constexpr (N == 8) {
+        v = detail::sort_step<8, 4>(v, n);
+        v = detail::sort_step<8, 2>(v, n);
+        v = detail::sort_step<8, 1>(v, n);
+    }
+    return typename Pack<T, N>::Vector(v);
+}
+
+/// to[i] = table[number of the lane that sorted[i] came from], for lanes that were tagged.
+template <class T, int N>
+[[gnu::always_inline]] inline void look_up(Pack<T, N> sorted, const std::uint32_t* table, std::uint32_t* to) {
+#if defined(__AVX2__)
+    if constexpr (detail::is_pack<float, 8, T, N>) {
+        const __m256i values = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(table));
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permutevar8x32_epi32(values, __m256i(sorted.v)));
+        return;
+    }
+#endif
+    using Ints = typename Mask<T, N>::Vector;
+    const Ints v = Ints(sorted.v);
+    for (int i = 0; i < N; ++i) to[i] = table[v[i] & (N - 1)];
+}
+
+namespace detail {
+/// For each set of lanes of eight, these lanes from the highest to the lowest, one a byte.
+inline constexpr auto descending_lanes = [] {
+    std::array<std::uint64_t, 256> table{};
+    for (unsigned set = 0; set < 256; ++set)
+        for (int lane = 7, place = 0; lane >= 0; --lane)
+            if ((set >> lane & 1u) != 0) table[set] |= std::uint64_t(lane) << (8 * place++);
+    return table;
+}();
+} // namespace detail
+
+/// Writes table[lane] for the lanes in `set`, the highest lane first, without branches; up to N places are overwritten.
+template <int N>
+[[gnu::always_inline]] inline void compress_descending(unsigned set, const std::uint32_t* table, std::uint32_t* to) {
+#if defined(__AVX2__)
+    if constexpr (N == 8) {
+        const __m256i lanes =
+            _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(&detail::descending_lanes[set])));
+        const __m256i values = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(table));
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permutevar8x32_epi32(values, lanes));
+        return;
+    }
+#endif
+    for (int lane = N - 1, place = 0; lane >= 0; --lane) {
+        to[place] = table[lane];
+        place += int(set >> lane & 1u);
+    }
+}
+
 /// One bit a lane, lane 0 lowest.
 template <class T, int N>
-inline unsigned bits(Mask<T, N> mask) {
+[[gnu::always_inline]] inline unsigned bits(Mask<T, N> mask) {
 #if defined(__AVX512DQ__) && defined(__AVX512F__)
     if constexpr (sizeof(T) == 4 && N == 16) return unsigned(_mm512_movepi32_mask(__m512i(mask.v)));
     if constexpr (sizeof(T) == 8 && N == 8) return unsigned(_mm512_movepi64_mask(__m512i(mask.v)));

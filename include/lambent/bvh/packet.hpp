@@ -1,0 +1,373 @@
+#pragma once
+#include <lambent/bvh/batch.hpp>
+#include <lambent/bvh/traverse.hpp>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <iterator>
+#include <limits>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+namespace detail {
+
+/// Up to 64 rays that go much the same way, through the tree as one: a node's children are tested against all rays at
+/// once, by intervals; leaves and their triangles against eight rays at a time, with the arithmetic of a single ray's
+/// test, so with its answers to the bit.
+/// source  interval tests: Boulos, Wald, Shirley, "Geometric and arithmetic culling methods for entire ray packets"
+///         (2006), and Wald et al. (2007)
+template <Query query, class T, class Leaves, class Accept>
+class Packet {
+public:
+    static constexpr int capacity = 64;
+    using Tree = WideTree<T, typename Leaves::Block>;
+
+    Packet(const Tree& tree, const Leaves& leaves, const Accept& accept)
+        : tree_(tree), leaves_(leaves), accept_(accept) {}
+
+    /// Which way a ray goes: rays of one kind may share a packet. A ray that hits nothing has none.
+    static constexpr std::uint8_t no_kind = 0xff;
+    [[gnu::always_inline]] static std::uint8_t kind(const Ray<T>& ray) {
+        using Bits = FloatBits<T>;
+        const auto magnitude = [](T x) { return std::bit_cast<typename Bits::Type>(x) & ~Bits::sign; };
+        const auto x = magnitude(ray.direction.x), y = magnitude(ray.direction.y), z = magnitude(ray.direction.z);
+        const auto o = std::max(magnitude(ray.origin.x), std::max(magnitude(ray.origin.y), magnitude(ray.origin.z)));
+        const auto largest = std::max(x, std::max(y, z));
+        const unsigned axis = unsigned(std::countr_zero(unsigned(x == largest) | unsigned(y == largest) << 1 | 4u));
+        const auto negative = [](T v) { return unsigned(std::bit_cast<typename Bits::Type>(v) >> (8 * sizeof(T) - 1)); };
+        const unsigned signs = negative(ray.direction.x) | negative(ray.direction.y) << 1 | negative(ray.direction.z) << 2;
+        const bool usable = largest < Bits::exponent && o < Bits::exponent && magnitude(ray.t_min) <= Bits::exponent &&
+                            magnitude(ray.t_max) <= Bits::exponent && largest >= magnitude(std::numeric_limits<T>::min());
+        return usable ? std::uint8_t(signs | axis << 3) : no_kind;
+    }
+
+    /// Whether a few of the rays go so much the same way that it is worth looking at all.
+    template <class RayOf>
+    static bool promising(const std::uint32_t* indices, int count, std::uint8_t kind, const RayOf& ray_of) {
+        const int kz = kind >> 3;
+        const auto component = [](const Vec3<T>& v, int k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; };
+        const auto slope = [&](int i) {
+            const Vec3<T> d = ray_of(indices[i]).direction;
+            return d / std::abs(component(d, kz));
+        };
+        const Vec3<T> first = slope(0);
+        for (int i = 1; i <= 4; ++i) {
+            const Vec3<T> difference = slope(i * (count - 1) / 4) - first;
+            if (!(max_component(glm::abs(difference)) <= widest)) return false;
+        }
+        return true;
+    }
+
+    /// Takes `count` rays of one kind; false, and nothing done, if they are too different for it to pay.
+    template <class RayOf>
+    [[gnu::noinline]] bool gather(const std::uint32_t* indices, int count, std::uint8_t kind, const RayOf& ray_of) {
+        kind_ = kind;
+        groups_ = (count + lanes - 1) / lanes;
+        for (int i = 0; i < groups_ * lanes; ++i) {
+            const Ray<T>& ray = ray_of(indices[std::min(i, count - 1)]); // what is missing is filled with the last
+            origin_[0][i] = ray.origin.x;
+            origin_[1][i] = ray.origin.y;
+            origin_[2][i] = ray.origin.z;
+            direction_[0][i] = ray.direction.x;
+            direction_[1][i] = ray.direction.y;
+            direction_[2][i] = ray.direction.z;
+            t_min_[i] = ray.t_min;
+            t_[i] = ray.t_max;
+        }
+        return prepare();
+    }
+
+    [[gnu::noinline]] void run() {
+        using Lanes = Pack<T, width>;
+        const PlaneOffsets& plane = plane_offsets<T>[kind_ & 7u];
+        alignas(64) T distances[max_stack<T>];
+        alignas(64) std::uint32_t children[max_stack<T>], parents[max_stack<T>];
+        std::size_t top = 0;
+        std::uint32_t current = 0;
+        for (;;) {
+            const WideNode<T>& node = tree_.nodes[current];
+            const auto at = [&](std::uint32_t offset, T origin) {
+                Lanes planes;
+                std::memcpy(&planes.v, reinterpret_cast<const unsigned char*>(&node) + offset, sizeof(planes.v));
+                return planes - Lanes(origin);
+            };
+            Lanes entry = from_, exit = limit_;
+            for (int k = 0; k < 3; ++k) {
+                const Lanes near = at(plane.near[k], near_origin_[k]), far = at(plane.far[k], far_origin_[k]);
+                const Lanes least = least_scale_[k], most = most_scale_[k];
+                entry = max(min(near * least, near * most), entry);
+                exit = min(max(far * least, far * most), exit);
+            }
+            const Mask<T, width> mask = entry <= exit;
+            const Lanes order = sorted_descending(select(mask, tagged(entry), Lanes(T(-0.0))));
+            order.store(distances + top);
+            look_up(order, node.child, children + top);
+            for (int i = 0; i < width; ++i) parents[top + std::size_t(i)] = current;
+            top += std::size_t(std::popcount(bits(mask)));
+            for (;;) {
+                if (top == 0) return;
+                --top;
+                if (distances[top] > limit_) continue;
+                current = children[top];
+                if ((current & Child::leaf_bit) == 0) break;
+                const auto lane = std::bit_cast<typename FloatBits<T>::Type>(distances[top]) & (width - 1);
+                if (meet_leaf(current, tree_.nodes[parents[top]], int(lane), plane) && !update_limit()) return;
+            }
+        }
+    }
+
+    /// The i-th ray's hit.
+    Hit<T> hit(int i) const {
+        Hit<T> h;
+        h.primitive = primitive_[i];
+        if (!h) return h;
+        h.t = t_[i];
+        h.u = u_[i];
+        h.v = v_[i];
+        return h;
+    }
+
+private:
+    static constexpr int lanes = 8, width = node_width<T>;
+    using Rays = Pack<T, lanes>;
+    using RayMask = Mask<T, lanes>;
+
+    static Rays load(const T* from, int group) { return Rays::load(from + group * lanes); }
+
+    /// Constants of SlabRay and ShearedRay, and the intervals that hold all rays'.
+    bool prepare() {
+        constexpr T u = std::numeric_limits<T>::epsilon() / 2, limit = steepest<T>, inf = std::numeric_limits<T>::infinity();
+        constexpr T slack = T(2 * width + 4) * std::numeric_limits<T>::epsilon();
+        kz_ = kind_ >> 3;
+        kx_ = (kz_ + 1) % 3;
+        ky_ = (kz_ + 2) % 3;
+        Rays least_o[3], most_o[3], least_d[3], most_d[3], least_s[3], most_s[3], most_pad = T(0), first = inf, last = -inf;
+        for (int k = 0; k < 3; ++k) {
+            least_o[k] = least_d[k] = least_s[k] = inf;
+            most_o[k] = most_d[k] = most_s[k] = -inf;
+        }
+        for (int g = 0; g < groups_; ++g) {
+            const Rays along = abs(load(direction_[kz_], g));
+            Rays reach = T(0), size_o = T(0);
+            for (int k = 0; k < 3; ++k) {
+                const Rays o = load(origin_[k], g), d = load(direction_[k], g);
+                reach = max(abs(o - Rays(tree_.center[k])) + Rays(tree_.half_size[k]), reach);
+                size_o = max(abs(o), size_o);
+                const Rays s = select(abs(d) * Rays(limit) > along, along / d, copysign(Rays(limit), d));
+                s.store(scale_[k] + g * lanes);
+                least_o[k] = min(o, least_o[k]);
+                most_o[k] = max(o, most_o[k]);
+                least_s[k] = min(s, least_s[k]);
+                most_s[k] = max(s, most_s[k]);
+                const Rays slope = d / along;
+                least_d[k] = min(slope, least_d[k]);
+                most_d[k] = max(slope, most_d[k]);
+            }
+            for (int k = 0; k < 3; ++k) {
+                const Rays s = load(scale_[k], g), shift = -load(origin_[k], g) * s;
+                const Rays margin = multiply_add(Rays(4 * u), abs(load(origin_[k], g)), Rays(tree_.margin * u) * reach) * abs(s);
+                (shift - margin).store(near_shift_[k] + g * lanes);
+                (shift + margin).store(far_shift_[k] + g * lanes);
+            }
+            most_pad = max(multiply_add(Rays(12 * u), size_o, Rays((tree_.margin + 8) * u) * reach), most_pad);
+            const Rays start = load(t_min_, g) * along, end = load(t_, g) * along;
+            const Rays from = start - abs(start) * Rays(slack);
+            const Rays to = end + (abs(end) * Rays(slack) + Rays(std::numeric_limits<T>::min()));
+            along.store(along_ + g * lanes);
+            from.store(from_of_ + g * lanes);
+            to.store(limit_of_ + g * lanes);
+            first = min(from, first);
+            last = max(to, last);
+            const Rays dz = load(direction_[kz_], g);
+            (load(direction_[kx_], g) / dz).store(shear_x_ + g * lanes);
+            (load(direction_[ky_], g) / dz).store(shear_y_ + g * lanes);
+            (Rays(T(1)) / dz).store(inverse_z_ + g * lanes);
+            for (int i = 0; i < lanes; ++i) primitive_[g * lanes + i] = no_primitive;
+        }
+        const T pad = largest(most_pad);
+        from_ = smallest(first);
+        limit_ = largest(last);
+        T spread = 0;
+        for (int k = 0; k < 3; ++k) {
+            const T o0 = smallest(least_o[k]), o1 = largest(most_o[k]);
+            least_scale_[k] = smallest(least_s[k]);
+            most_scale_[k] = largest(most_s[k]);
+            const bool negative = (kind_ >> k & 1u) != 0;
+            near_origin_[k] = negative ? o0 - pad : o1 + pad;
+            far_origin_[k] = negative ? o1 + pad : o0 - pad;
+            const T size = tree_.half_size[0] + tree_.half_size[1] + tree_.half_size[2];
+            spread = std::max(spread, std::max(largest(most_d[k]) - smallest(least_d[k]), 4 * (o1 - o0) / size));
+        }
+        return spread <= widest;
+    }
+    /// Beyond such a spread of slopes the intervals hold too much.
+    static constexpr T widest = T(0.25);
+
+    static T largest(Rays a) {
+        T x = a[0];
+        for (int i = 1; i < lanes; ++i) x = std::max(x, a[i]);
+        return x;
+    }
+    static T smallest(Rays a) {
+        T x = a[0];
+        for (int i = 1; i < lanes; ++i) x = std::min(x, a[i]);
+        return x;
+    }
+
+    /// False when all rays are done.
+    bool update_limit() {
+        Rays last = -std::numeric_limits<T>::infinity();
+        for (int g = 0; g < groups_; ++g) last = max(load(limit_of_, g), last);
+        limit_ = largest(last);
+        return limit_ >= from_;
+    }
+
+    /// True if some ray's hit has changed.
+    bool meet_leaf(std::uint32_t child, const WideNode<T>& node, int lane, const PlaneOffsets& offsets) {
+        const auto plane = [&](std::uint32_t offset) {
+            return Rays(reinterpret_cast<const T*>(reinterpret_cast<const unsigned char*>(&node) + offset)[lane]);
+        };
+        const Rays near[3] = {plane(offsets.near[0]), plane(offsets.near[1]), plane(offsets.near[2])};
+        const Rays far[3] = {plane(offsets.far[0]), plane(offsets.far[1]), plane(offsets.far[2])};
+        int active[capacity / lanes], count = 0;
+        for (int g = 0; g < groups_; ++g) {
+            Rays entry = load(from_of_, g), exit = load(limit_of_, g);
+            for (int k = 0; k < 3; ++k) {
+                entry = max(multiply_add(near[k], load(scale_[k], g), load(near_shift_[k], g)), entry);
+                exit = min(multiply_add(far[k], load(scale_[k], g), load(far_shift_[k], g)), exit);
+            }
+            active[count] = g;
+            count += any(entry <= exit) ? 1 : 0;
+        }
+        if (count == 0) return false;
+        bool changed = false;
+        const auto* block = tree_.blocks.data() + (child & Child::index_mask);
+        const int blocks = (child & Child::second_block_bit) != 0 ? 2 : 1;
+        for (int b = 0; b < blocks; ++b)
+            for (int i = 0; i < block_lanes && block[b].primitive[i] != no_primitive; ++i)
+                for (int a = 0; a < count; ++a) changed |= meet_triangle(block[b], i, active[a]);
+        return changed;
+    }
+
+    /// The test of triangle.hpp, with rays in the lanes.
+    [[gnu::always_inline]] bool meet_triangle(const TriangleBlock<T>& block, int lane, int group) {
+        const Rays ox = load(origin_[kx_], group), oy = load(origin_[ky_], group), oz = load(origin_[kz_], group);
+        const Rays shear_x = load(shear_x_, group), shear_y = load(shear_y_, group);
+        Rays x[3], y[3], z[3];
+        for (int i = 0; i < 3; ++i) {
+            z[i] = Rays(block.vertex[i][kz_][lane]) - oz;
+            x[i] = negated_multiply_add(shear_x, z[i], Rays(block.vertex[i][kx_][lane]) - ox);
+            y[i] = negated_multiply_add(shear_y, z[i], Rays(block.vertex[i][ky_][lane]) - oy);
+        }
+        const BlockHit<T, lanes> found = intersect_sheared<rules_of<Accept>(), T, lanes>(
+            x, y, z, load(inverse_z_, group), load(t_min_, group), load(t_, group));
+        unsigned hits = bits(found.mask);
+        if (hits == 0) return false;
+        bool changed = false;
+        for (; hits != 0; hits &= hits - 1) {
+            const int l = std::countr_zero(hits), i = group * lanes + l;
+            if (!accept_(block.primitive[lane], found.u[l], found.v[l], found.t[l])) continue;
+            t_[i] = found.t[l];
+            u_[i] = found.u[l];
+            v_[i] = found.v[l];
+            primitive_[i] = block.primitive[lane];
+            if constexpr (query == Query::any) {
+                limit_of_[i] = t_[i] = -std::numeric_limits<T>::infinity(); // nothing is before that
+            } else {
+                constexpr T slack = T(2 * width + 4) * std::numeric_limits<T>::epsilon();
+                const T distance = found.t[l] * along_[i];
+                limit_of_[i] = distance + (std::abs(distance) * slack + std::numeric_limits<T>::min());
+            }
+            changed = true;
+        }
+        return changed;
+    }
+
+    const Tree& tree_;
+    const Leaves& leaves_;
+    const Accept& accept_;
+    std::uint8_t kind_ = 0;
+    int kx_ = 0, ky_ = 0, kz_ = 0, groups_ = 0;
+    T near_origin_[3], far_origin_[3], least_scale_[3], most_scale_[3], from_, limit_;
+    alignas(64) T origin_[3][capacity], direction_[3][capacity], t_min_[capacity];
+    alignas(64) T scale_[3][capacity], near_shift_[3][capacity], far_shift_[3][capacity];
+    alignas(64) T along_[capacity], from_of_[capacity], limit_of_[capacity];
+    alignas(64) T shear_x_[capacity], shear_y_[capacity], inverse_z_[capacity];
+    alignas(64) T t_[capacity], u_[capacity], v_[capacity];
+    std::uint32_t primitive_[capacity];
+};
+
+/// From how many bytes on a tree is so far from the processor that interleaved rays gain more by waiting together than
+/// they lose in steps; below, single rays are the faster ones. Any-hit rays wait for less.
+/// measured  on cores with 1 MiB and less of their own cache
+template <Query query>
+inline constexpr std::size_t large_tree = query == Query::any ? std::size_t(32) << 20 : std::size_t(12) << 20;
+
+/// All of a batch: rays that go the same way in packets, the others interleaved or one by one.
+template <Query query, class T, class Leaves, class Accept, class RayOf, class Report>
+void traverse_batch(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Accept& accept,
+                    std::size_t count, const RayOf& ray_of, const Report& report) {
+    const std::size_t bytes =
+        tree.nodes.size() * sizeof(WideNode<T>) + tree.blocks.size() * sizeof(typename Leaves::Block);
+    const auto scattered = [&](std::size_t n, const auto& ray, const auto& tell) {
+        if (n > Interleaved<query, T, Leaves, Accept>::lanes && bytes > large_tree<query>) {
+            Interleaved<query, T, Leaves, Accept> interleaved(tree, leaves, accept);
+            interleaved.run(n, ray, tell);
+        } else {
+            for (std::size_t i = 0; i < n; ++i) tell(i, traverse<query>(tree, leaves, ray(i), accept));
+        }
+    };
+    if constexpr (!requires { Leaves::has_packets; }) {
+        scattered(count, ray_of, report);
+    } else {
+        if (tree.nodes.empty()) return scattered(count, ray_of, report);
+        using Bundle = Packet<query, T, Leaves, Accept>;
+        constexpr std::size_t chunk = Bundle::capacity;
+        constexpr int fewest = 12; // rays that make a packet worthwhile
+        Bundle packet(tree, leaves, accept);
+        std::uint32_t rest[16 * chunk];
+        std::size_t rest_count = 0;
+        const auto flush = [&] {
+            scattered(
+                rest_count, [&](std::size_t i) -> decltype(auto) { return ray_of(rest[i]); },
+                [&](std::size_t i, const Hit<T>& hit) { report(rest[i], hit); });
+            rest_count = 0;
+        };
+        for (std::size_t begin = 0; begin < count; begin += chunk) {
+            const int size = int(std::min(chunk, count - begin));
+            std::uint8_t kinds[chunk];
+            for (int i = 0; i < size; ++i) kinds[i] = Bundle::kind(ray_of(begin + std::size_t(i)));
+            std::uint64_t open = size == 64 ? ~0ull : (1ull << size) - 1;
+            while (open != 0) {
+                const std::uint8_t kind = kinds[std::countr_zero(open)];
+                std::uint32_t members[chunk];
+                int member_count = 0;
+                for (std::uint64_t left = open; left != 0; left &= left - 1) {
+                    const int i = std::countr_zero(left);
+                    members[member_count] = std::uint32_t(begin + std::size_t(i));
+                    const bool same = kinds[i] == kind;
+                    member_count += same ? 1 : 0;
+                    open ^= same ? left & (~left + 1) : 0;
+                }
+                if (kind != Bundle::no_kind && member_count >= fewest &&
+                    Bundle::promising(members, member_count, kind, ray_of) &&
+                    packet.gather(members, member_count, kind, ray_of)) {
+                    packet.run();
+                    for (int i = 0; i < member_count; ++i) report(members[i], packet.hit(i));
+                } else {
+                    for (int i = 0; i < member_count; ++i) rest[rest_count++] = members[i];
+                }
+            }
+            if (rest_count + chunk > std::size(rest)) flush();
+        }
+        flush();
+    }
+}
+
+} // namespace detail
+} // namespace LAMBENT_ABI
+} // namespace lambent

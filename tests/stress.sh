@@ -1,0 +1,80 @@
+#!/bin/sh
+# Rays at edges and vertices in any number, under compiler flags that round differently and in every SIMD layout.
+#   sh tests/stress.sh [--rays TOTAL] [--jobs N] [--seed S]     1e9 rays, as many jobs as processors, seed 1
+# Builds in build/stress. Prints what each program did, then a line for each, and last "N passed, N failed".
+# CXX and CXXFLAGS count; the flags of a set come after those.
+set -eu
+root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
+rays=1e9
+jobs=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
+seed=1
+usage() {
+    echo "usage: sh tests/stress.sh [--rays TOTAL] [--jobs N] [--seed S]" >&2
+    exit 2
+}
+while [ $# -gt 0 ]; do
+    [ $# -ge 2 ] || usage
+    case $1 in
+    --rays) rays=$2 ;;
+    --jobs) jobs=$2 ;;
+    --seed) seed=$2 ;;
+    *) usage ;;
+    esac
+    shift 2
+done
+sh "$root/cmake/install_packages.sh" base tests
+cd "$root"
+work=$root/build/stress
+rm -rf "$work"
+mkdir -p "$work"
+
+# Each a name and flags.
+sets='plain -O2
+native -O2 -march=native
+uncontracted -O2 -march=native -ffp-contract=off
+fast-math -O3 -march=native -ffast-math
+avx2 -O2 -mavx2 -mfma
+plain-fast-math -O2 -ffast-math'
+case $(uname -m) in
+x86_64) grep -q '^flags.* avx2' /proc/cpuinfo 2>/dev/null || sets=$(echo "$sets" | grep -v '^avx2 ') ;;
+*) sets=$(echo "$sets" | grep -v '^avx2 ') ;;
+esac
+number=$(echo "$sets" | wc -l)
+each=$(awk "BEGIN { printf \"%.0f\", $rays / $number }")
+
+echo "$sets" >"$work/sets"
+# one: a set's line and seed; its program is built and run, its exit status written
+cat >"$work/one.sh" <<EOF
+name=\$1 seed=\$2
+shift 2
+status=0
+{ \${CXX:-g++} -std=c++20 -Wno-psabi \${CXXFLAGS:-} "\$@" -I include -I tests tests/stress/watertight.cpp -o "$work/\$name" &&
+    "$work/\$name" --rays $each --seed "\$seed"; } >"$work/\$name.log" 2>&1 || status=\$?
+echo "\$status" >"$work/\$name.status"
+EOF
+awk -v seed="$seed" '{ name = $1; $1 = ""; print name, seed + NR - 1, $0 }' "$work/sets" |
+    xargs -P "$jobs" -L 1 sh "$work/one.sh"
+
+passed=0 failed=0
+: >"$work/table"
+while read -r name flags; do
+    echo "== $name: $flags"
+    cat "$work/$name.log"
+    status=$(cat "$work/$name.status" 2>/dev/null || echo none)
+    if [ "$status" = 0 ]; then
+        passed=$((passed + 1)) verdict=passed
+    else
+        failed=$((failed + 1)) verdict="FAILED ($status)"
+    fi
+    awk -v flags="$flags" -v verdict="$verdict" '
+        /^Moeller/ { plain = $(NF - 3) }
+        $1 == "all" { counted = $7; doubles = $8; even = $10 }
+        END { printf "%-40s %12s %7s %11s %9s %6s %9s  %s\n", flags, $1, $3, counted, doubles, even, plain, verdict }
+    ' "$work/$name.log" >>"$work/table"
+done <"$work/sets"
+
+echo
+printf '%-40s %12s %7s %11s %9s %6s %9s\n' flags rays misses counted doubles even plain/1e6
+cat "$work/table"
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]
