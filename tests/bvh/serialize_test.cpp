@@ -102,7 +102,7 @@ TEST_CASE("A tree with duplicates knows them when it comes back") {
     const auto set = triangles(mesh.vertices, mesh.faces);
     const auto bvh = Bvh::build(set, {.quality = BuildQuality::best});
     REQUIRE(bvh.tree().duplicates > 0);
-    const auto back = Bvh::load(save(bvh));
+    const auto back = load<Bvh>(save(bvh));
     CHECK(back.tree().duplicates == bvh.tree().duplicates);
     CHECK(back.triangle_count() == bvh.triangle_count());
 }
