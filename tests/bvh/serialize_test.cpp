@@ -144,8 +144,9 @@ TEST_CASE("What is wrong with saved bytes is said") {
                     ": it was saved by a build for other instructions") != std::string::npos);
     CHECK(refusal(bytes, [](Header& h, Bytes&) { h.block_bytes = 16; }).find("blocks of 16 bytes are not") !=
           std::string::npos);
-    CHECK(refusal(bytes, [](Header& h, Bytes&) { h.primitives = 101; }).find("101 of 100 primitives") !=
-          std::string::npos);
+    CHECK(refusal(bytes, [](Header& h, Bytes&) { h.primitives = 101; }) ==
+          "load: 101 primitives, but only 100 places in leaves");
+    CHECK(refusal(bytes, [](Header& h, Bytes&) { h.dropped = 101; }).find("of 100 primitives") != std::string::npos);
     for (const std::uint64_t absurd : {std::uint64_t(1) << 29, std::uint64_t(1) << 40, ~std::uint64_t(0)}) {
         CHECK(refusal(bytes, [&](Header& h, Bytes&) { h.nodes = absurd; }) != ""); // and no memory is asked for
         CHECK(refusal(bytes, [&](Header& h, Bytes&) { h.blocks = absurd; }) != "");

@@ -39,7 +39,9 @@ public:
     static Block make_block(const Mesh&, std::span<const std::uint32_t> primitives) { return Block(primitives); }
 
     static bool sound(const Block&) { return true; }
-    static Bounds3<Scalar> refit(const Mesh& mesh, Block& block) { return block.template refit<CompactTriangles>(mesh); }
+    static Bounds3<Scalar> refit(const Mesh& mesh, Block& block) {
+        return block.template refit<CompactTriangles>(mesh);
+    }
 
     /// The full layout's block; lanes that cannot be hit are empty.
     TriangleBlock<Scalar> triangles(const Block& block) const {

@@ -2,6 +2,7 @@
 #include <lambent/bvh/primitive.hpp>
 #include <lambent/bvh/triangle.hpp>
 #include <lambent/core/bounds.hpp>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <concepts>
@@ -139,8 +140,7 @@ struct IndexBlock {
     std::uint32_t primitive[lanes];
 
     explicit IndexBlock(std::span<const std::uint32_t> primitives) {
-        for (std::size_t lane = 0; lane < lanes; ++lane)
-            primitive[lane] = lane < primitives.size() ? primitives[lane] : no_primitive;
+        std::fill(std::copy(primitives.begin(), primitives.end(), primitive), primitive + lanes, no_primitive);
     }
     IndexBlock() : IndexBlock(std::span<const std::uint32_t>()) {}
 

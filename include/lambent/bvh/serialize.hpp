@@ -123,12 +123,14 @@ private:
         const auto number = [](auto n) { return std::to_string(n); };
         SavedHeader h;
         const SavedHeader ours = header();
-        require(bytes.size() >= sizeof h, [&] { return "load: " + number(bytes.size()) + " bytes are too few for a tree"; });
+        require(bytes.size() >= sizeof h,
+                [&] { return "load: " + number(bytes.size()) + " bytes are too few for a tree"; });
         std::memcpy(&h, bytes.data(), sizeof h);
         require(std::memcmp(h.magic, ours.magic, sizeof h.magic) == 0, "load: these bytes are not a saved tree");
         require(h.byte_order == ours.byte_order, "load: the tree was saved on a machine of the other byte order");
         require(h.version == ours.version, [&] {
-            return "load: the tree has version " + number(h.version) + ", and this library reads " + number(ours.version);
+            return "load: the tree has version " + number(h.version) + ", and this library reads " +
+                   number(ours.version);
         });
         require(std::memcmp(h.kind, ours.kind, sizeof h.kind) == 0, [&] {
             return "load: the tree's leaves hold '" + text(h.kind) + "', and '" + text(ours.kind) + "' are wanted";
@@ -139,18 +141,18 @@ private:
         });
         require(h.node_width == ours.node_width, [&] {
             return "load: the tree's nodes have " + number(h.node_width) + " children, and this build reads " +
-                   number(ours.node_width) + ": it was saved by a build for other instructions (AVX has 8 floats a node, "
-                   "SSE and NEON 4)";
+                   number(ours.node_width) + ": it was saved by a build for other instructions (AVX has 8 floats a "
+                   "node, SSE and NEON 4)";
         });
         require(h.node_bytes == ours.node_bytes && h.block_bytes == ours.block_bytes, [&] {
-            return "load: nodes of " + number(h.node_bytes) + " and blocks of " + number(h.block_bytes) + " bytes are not " +
-                   number(ours.node_bytes) + " and " + number(ours.block_bytes);
+            return "load: nodes of " + number(h.node_bytes) + " and blocks of " + number(h.block_bytes) +
+                   " bytes are not " + number(ours.node_bytes) + " and " + number(ours.block_bytes);
         });
         constexpr std::uint64_t most = Child::index_mask;
-        require(h.count <= most && h.primitives <= h.count && h.dropped <= h.count && h.nodes <= most && h.blocks <= most &&
+        require(h.count <= most && h.dropped <= h.count && h.nodes <= most && h.blocks <= most &&
                     (h.nodes == 0) == (h.blocks == 0),
                 [&] {
-                    return "load: " + number(h.primitives) + " of " + number(h.count) + " primitives in " +
+                    return "load: " + number(h.count - h.dropped) + " of " + number(h.count) + " primitives in " +
                            number(h.nodes) + " nodes and " + number(h.blocks) + " blocks is impossible";
                 });
         const std::uint64_t size = sizeof h + h.nodes * h.node_bytes + h.blocks * h.block_bytes; // far below 2^64

@@ -34,8 +34,8 @@ inline T fixed_dot(const Vec3<T>& a, const Vec3<T>& b) {
 
 /// Nearest t in [ray.t_min, ray.t_max) at which the ray meets the sphere, from outside or inside; infinite if none.
 /// Lengths are counted in powers of two of the distance and the direction in its own, so that no square overflows
-/// or vanishes, and the roundings are the same wherever the call is inlined. The point at t lies on the sphere within a few units in the last place of the greater of its
-/// radius and the distance between ray origin and centre.
+/// or vanishes, and the roundings are the same wherever the call is inlined. The point at t lies on the sphere within
+/// a few units in the last place of the greater of its radius and the distance between ray origin and centre.
 /// range   any finite centre and direction, radius >= 0
 /// source  the discriminant by the distance to the line: Hearn, Baker; Haines et al., Ray Tracing Gems (2019), 7
 template <class T>
@@ -121,7 +121,7 @@ private:
 /// center_of  its element → Vec3 of float or double; left out where the elements are Vec3 themselves
 /// radius_of  its element → float or double; left out where the elements are numbers
 /// throws     lambent::Error when there are more of one than of the other
-///     const auto set = spheres(balls, balls, [](const Ball& b) { return b.position; }, [](const Ball& b) { return b.r; });
+///     const auto set = spheres(balls, balls, position_of, radius_of);
 ///     const auto bvh = PrimitiveBvh<decltype(set)>::build(set);
 template <class Centers, class Radii, class CenterOf = detail::AsIs, class RadiusOf = detail::AsIs>
     requires detail::NotTemporary<Centers&&> && detail::NotTemporary<Radii&&>
