@@ -9,6 +9,7 @@
 #include <lambent/bvh/facing.hpp>
 #include <lambent/bvh/for_each_hit.hpp>
 #include <lambent/bvh/instance.hpp>
+#include <lambent/bvh/interleaved.hpp>
 #include <lambent/bvh/leaves.hpp>
 #include <lambent/bvh/once.hpp>
 #include <lambent/bvh/overlap.hpp>

@@ -1,140 +1,84 @@
 #pragma once
+#include <lambent/bvh/interleaved.hpp>
+#include <lambent/bvh/packet.hpp>
 #include <lambent/bvh/traverse.hpp>
 #include <algorithm>
 #include <bit>
-#include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <limits>
-#include <utility>
+#include <iterator>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
 
-/// Many rays at once: a handful of traversals side by side, each taking one step in turn, so that while one waits for
-/// memory the others work. Steps of a kind run together, without branches on what the boxes said.
-template <Query query, class T, class Leaves, class Accept>
-class Interleaved {
-public:
-    static constexpr int lanes = 16;
+/// From how many bytes on a tree is so far from the processor that interleaved rays gain more by waiting together than
+/// they lose in steps; below, single rays are the faster ones. Any-hit rays wait for less.
+/// measured  on one machine, with 512 KiB of cache a core and 32 MiB in common
+template <Query query>
+inline constexpr std::size_t large_tree = query == Query::any ? std::size_t(32) << 20 : std::size_t(12) << 20;
 
-    Interleaved(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Accept& accept)
-        : tree_(tree), leaves_(leaves), accept_(accept) {}
-
-    /// ray_of(i) -> Ray<T> for i < end; report(i, hit), once for each, in no order
-    template <class RayOf, class Report>
-    [[gnu::noinline]] void run(std::size_t end, const RayOf& ray_of, const Report& report) {
-        Walk *at_node[lanes], *at_leaf[lanes];
-        int node_count = 0, leaf_count = 0;
-        std::size_t next = 0;
-        const auto start = [&](Walk& walk) {
-            while (next < end) {
-                const std::size_t i = next++;
-                const Ray<T>& ray = ray_of(i);
-                if (!tree_.nodes.empty() && walk.start(ray, tree_)) {
-                    walk.ray = i;
-                    at_node[node_count++] = &walk;
-                    return;
-                }
-                report(i, Hit<T>());
-            }
-        };
-        const auto finish = [&](Walk& walk) {
-            if (!walk.hit) walk.hit.t = std::numeric_limits<T>::infinity();
-            report(walk.ray, walk.hit);
-            start(walk);
-        };
-        const auto advance = [&](Walk& walk) {
-            do {
-                if (walk.top == 0) return finish(walk);
-                --walk.top;
-            } while (query == Query::closest && walk.distances[walk.top] > walk.limit);
-            const std::uint32_t child = walk.children[walk.top];
-            prefetch(child);
-            walk.current = child;
-            const bool leaf = (child & Child::leaf_bit) != 0;
-            at_node[node_count] = &walk;
-            node_count += leaf ? 0 : 1;
-            at_leaf[leaf_count] = &walk;
-            leaf_count += leaf ? 1 : 0;
-        };
-        for (Walk& walk : walks_) start(walk);
-        while (node_count + leaf_count > 0) {
-            for (int i = 0, n = std::exchange(node_count, 0); i < n; ++i) {
-                Walk& walk = *at_node[i];
-                walk.enter(tree_.nodes[walk.current]);
-                advance(walk);
-            }
-            for (int i = 0, n = std::exchange(leaf_count, 0); i < n; ++i) {
-                Walk& walk = *at_leaf[i];
-                const auto* const blocks = tree_.blocks.data() + (walk.current & Child::index_mask);
-                const int count = (walk.current & Child::second_block_bit) != 0 ? 2 : 1;
-                if (leaves_.template meet<query>(walk.prepared, blocks, count, accept_, walk.hit)) {
-                    if (query == Query::any) {
-                        finish(walk);
-                        continue;
-                    }
-                    walk.limit = walk.slabs.limit_of(walk.hit.t);
-                }
-                advance(walk);
-            }
-        }
-    }
-
-private:
-    /// One ray under way.
-    struct alignas(64) Walk {
-        SlabRay<T> slabs;
-        T limit;
-        std::uint32_t current;
-        std::uint32_t top;
-        std::size_t ray;
-        Hit<T> hit;
-        typename Leaves::Query prepared;
-        alignas(64) T distances[max_stack<T>];
-        alignas(64) std::uint32_t children[max_stack<T>];
-
-        template <class Tree>
-        [[gnu::always_inline]] bool start(const Ray<T>& r, const Tree& tree) {
-            if (!slabs.start(r, tree)) return false;
-            limit = slabs.limit_of(r.t_max);
-            hit = {};
-            hit.t = r.t_max;
-            prepared = typename Leaves::Query(r);
-            current = 0;
-            top = 0;
-            return true;
-        }
-
-        /// Puts the children that the ray meets on the stack: the nearest on top, or for Query::any the first.
-        [[gnu::always_inline]] void enter(const WideNode<T>& node) {
-            Pack<T, node_width<T>> entry;
-            const Mask<T, node_width<T>> mask = slabs.meets(node, limit, entry);
-            if constexpr (query == Query::any) {
-                compress_descending<node_width<T>>(bits(mask), node.child, children + top);
-            } else {
-                const auto order = sorted_descending(select(mask, tagged(entry), Pack<T, node_width<T>>(T(-0.0))));
-                order.store(distances + top);
-                look_up(order, node.child, children + top);
-            }
-            top += std::uint32_t(std::popcount(bits(mask)));
+/// All of a batch: rays that go the same way in packets, the others interleaved or one by one.
+template <Query query, class T, class Leaves, class Accept, class RayOf, class Report>
+void traverse_batch(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Accept& accept,
+                    std::size_t count, const RayOf& ray_of, const Report& report) {
+    const std::size_t bytes =
+        tree.nodes.size() * sizeof(WideNode<T>) + tree.blocks.size() * sizeof(typename Leaves::Block);
+    const auto scattered = [&](std::size_t n, const auto& ray, const auto& tell) {
+        if (n > Interleaved<query, T, Leaves, Accept>::lanes && bytes > large_tree<query>) {
+            Interleaved<query, T, Leaves, Accept> interleaved(tree, leaves, accept);
+            interleaved.run(n, ray, tell);
+        } else {
+            for (std::size_t i = 0; i < n; ++i) tell(i, traverse<query>(tree, leaves, ray(i), accept));
         }
     };
-
-    [[gnu::always_inline]] void prefetch(std::uint32_t child) const {
-        const bool leaf = (child & Child::leaf_bit) != 0;
-        const char* const p = leaf ? reinterpret_cast<const char*>(tree_.blocks.data() + (child & Child::index_mask))
-                                   : reinterpret_cast<const char*>(tree_.nodes.data() + child);
-        for (int line = 0; line < 4; ++line) __builtin_prefetch(p + 64 * line);
+    if constexpr (!std::same_as<typename Leaves::Block, TriangleBlock<T>>) {
+        scattered(count, ray_of, report);
+    } else {
+        if (tree.nodes.empty()) return scattered(count, ray_of, report);
+        using Bundle = Packet<query, T, Accept>;
+        constexpr std::size_t chunk = Bundle::capacity;
+        constexpr int fewest = 12; // rays that make a packet worthwhile
+        Bundle packet(tree, accept);
+        std::uint32_t rest[16 * chunk];
+        std::size_t rest_count = 0;
+        const auto flush = [&] {
+            scattered(
+                rest_count, [&](std::size_t i) -> decltype(auto) { return ray_of(rest[i]); },
+                [&](std::size_t i, const Hit<T>& hit) { report(rest[i], hit); });
+            rest_count = 0;
+        };
+        for (std::size_t begin = 0; begin < count; begin += chunk) {
+            const int size = int(std::min(chunk, count - begin));
+            std::uint8_t kinds[chunk];
+            for (int i = 0; i < size; ++i) kinds[i] = Bundle::kind(ray_of(begin + std::size_t(i)));
+            std::uint64_t open = size == 64 ? ~0ull : (1ull << size) - 1;
+            while (open != 0) {
+                const std::uint8_t kind = kinds[std::countr_zero(open)];
+                std::uint32_t members[chunk];
+                int member_count = 0;
+                for (std::uint64_t left = open; left != 0; left &= left - 1) {
+                    const int i = std::countr_zero(left);
+                    members[member_count] = std::uint32_t(begin + std::size_t(i));
+                    const bool same = kinds[i] == kind;
+                    member_count += same ? 1 : 0;
+                    open ^= same ? left & (~left + 1) : 0;
+                }
+                if (kind != Bundle::no_kind && member_count >= fewest &&
+                    Bundle::promising(members, member_count, kind, ray_of) &&
+                    packet.gather(members, member_count, kind, ray_of)) {
+                    packet.run();
+                    for (int i = 0; i < member_count; ++i) report(members[i], packet.hit(i));
+                } else {
+                    for (int i = 0; i < member_count; ++i) rest[rest_count++] = members[i];
+                }
+            }
+            if (rest_count + chunk > std::size(rest)) flush();
+        }
+        flush();
     }
-
-    const WideTree<T, typename Leaves::Block>& tree_;
-    const Leaves& leaves_;
-    const Accept& accept_;
-    Walk walks_[lanes];
-};
+}
 
 } // namespace detail
 } // namespace LAMBENT_ABI

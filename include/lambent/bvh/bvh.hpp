@@ -1,5 +1,5 @@
 #pragma once
-#include <lambent/bvh/packet.hpp>
+#include <lambent/bvh/batch.hpp>
 #include <lambent/bvh/builders.hpp>
 #include <lambent/bvh/leaves.hpp>
 #include <lambent/bvh/primitive.hpp>
@@ -26,8 +26,9 @@ template <class Tree> struct SavedTree; // see serialize.hpp
 }
 
 /// A bounding volume hierarchy over triangles, for rays of the same scalar type. Holds its own copy of the
-/// vertices, in the order in which rays meet them: queries do not look at the mesh again. Queries are const,
-/// never allocate, never throw, and may run on any number of threads.
+/// vertices, in the order in which rays meet them: queries do not look at the mesh again. Other kinds of leaves hold
+/// other things: CompactBvh, PrimitiveBvh, InstancedBvh. Queries are const, never allocate, never throw (but batches
+/// do, on too short a span), and may run on any number of threads. They need 8 KiB of stack, batches 160.
 ///
 /// Watertight: between triangles with bit-equal shared vertices no ray slips through, whatever the compiler
 /// flags. A ray with a NaN or an infinity in its origin or direction, a NaN for a bound, or a direction of
@@ -114,7 +115,7 @@ public:
     /// throws  lambent::Error if hits is too short, before any is written
     template <HitFilter<T> Accept = AcceptAll>
     void intersect(std::span<const Ray<T>> rays, std::span<Hit<T>> hits, const Accept& accept = {}) const {
-        intersect(rays, hits, AsIs{}, accept);
+        intersect(rays, hits, detail::AsIs{}, accept);
     }
     /// The same for rays of your own type: `projection` makes a Ray<T> of one.
     template <class R, RayProjection<R, T> Projection, HitFilter<T> Accept = AcceptAll>
@@ -126,7 +127,7 @@ public:
     /// occluded[i]: whether ray i is. As for intersect().
     template <HitFilter<T> Accept = AcceptAll>
     void occluded(std::span<const Ray<T>> rays, std::span<bool> occluded, const Accept& accept = {}) const {
-        this->occluded(rays, occluded, AsIs{}, accept);
+        this->occluded(rays, occluded, detail::AsIs{}, accept);
     }
     template <class R, RayProjection<R, T> Projection, HitFilter<T> Accept = AcceptAll>
     void occluded(std::span<const R> rays, std::span<bool> occluded, const Projection& projection,
@@ -170,16 +171,13 @@ public:
 private:
     friend struct detail::SavedTree<BasicBvh>;
 
-    struct AsIs {
-        const Ray<T>& operator()(const Ray<T>& ray) const { return ray; }
-    };
-
     template <detail::Query query, class R, class Answer, class Projection, class Accept, class Convert>
     void batch(std::span<const R> rays, std::span<Answer> answers, const Projection& projection, const Accept& accept,
                const Convert& convert) const {
         check_rules<Accept>();
         require(answers.size() >= rays.size(), [&] {
-            return "Bvh: room for " + std::to_string(answers.size()) + " answers to " + std::to_string(rays.size()) + " rays";
+            return "Bvh: room for " + std::to_string(answers.size()) + " answers to " + std::to_string(rays.size()) +
+                   " rays";
         });
         require(rays.size() < 0xffffffffu, "Bvh: a batch of 2^32 rays or more");
         detail::traverse_batch<query, T>(

@@ -39,7 +39,7 @@ inline Pack<T, 4> dot(const Pack3<T>& a, const Pack3<T>& b) {
 }
 
 template <class T>
-inline Pack3<T> robust_cross(const Pack3<T>& a, const Pack3<T>& b) {
+inline Pack3<T> pack_cross(const Pack3<T>& a, const Pack3<T>& b) {
     return {difference_of_products(a.y, b.z, a.z, b.y), difference_of_products(a.z, b.x, a.x, b.z),
             difference_of_products(a.x, b.y, a.y, b.x)};
 }
@@ -104,11 +104,11 @@ inline BlockPoints<T> closest_points(const TriangleBlock<T>& block, const Vec3<T
     // steps, each from where the last one got to, because in a thin triangle one step alone is off by a rounding
     // times its length over its height.
     constexpr T epsilon = std::numeric_limits<T>::epsilon();
-    const Pack3<T> normal = robust_cross(ab, bc);
+    const Pack3<T> normal = pack_cross(ab, bc);
     const Lanes square = dot(normal, normal);
     const Mask<T, 4> has_area = square > Lanes(epsilon * epsilon); // or else it is its edges
     const Lanes scale = one / select(has_area, square * size, one);
-    const Pack3<T> along_b = robust_cross(ca, normal) * scale, along_c = robust_cross(ab, normal) * scale;
+    const Pack3<T> along_b = pack_cross(ca, normal) * scale, along_c = pack_cross(ab, normal) * scale;
     Lanes wb = zero, wc = zero;
     Pack3<T> q = a;
     for (int step = 0; step < 3; ++step) {

@@ -30,8 +30,9 @@
 ///                           For Query::any the first one will do.
 /// and where they are triangles
 ///   triangles(block)        the block's as a TriangleBlock, for queries that need corners
-///   margin()                (may be absent) how far outside of a box its primitives may be hit: see default_margin
-///   instanced               (may be absent) true: hits carry an instance, and filters are told
+/// and, where there is need,
+///   margin()                how far outside of a box its primitives may be hit: see default_margin
+///   instanced               true: hits carry an instance, and filters are told
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
@@ -178,7 +179,6 @@ struct StoredTriangles {
 
     template <class Set> static constexpr bool holds = TrianglesOf<Set, T>;
     static constexpr std::string_view kind = "corners";
-    static constexpr bool has_packets = true;
 
     StoredTriangles() = default;
     template <TriangleSet Mesh> explicit StoredTriangles(const Mesh&) {}
@@ -237,13 +237,15 @@ struct StoredTriangles {
     const TriangleBlock<T>& triangles(const Block& block) const { return block; }
 
     template <detail::Query query, class Accept>
-    [[gnu::always_inline]] bool meet(const Query& q, const Block* block, int count, const Accept& accept, Hit<T>& hit) const {
+    [[gnu::always_inline]] bool meet(const Query& q, const Block* block, int count, const Accept& accept,
+                                     Hit<T>& hit) const {
         return count == 1 ? meet_lanes<query, 4>(q, block, accept, hit) : meet_lanes<query, 8>(q, block, accept, hit);
     }
 
 private:
     template <detail::Query query, int N, class Accept>
-    [[gnu::always_inline]] static bool meet_lanes(const Query& q, const Block* block, const Accept& accept, Hit<T>& hit) {
+    [[gnu::always_inline]] static bool meet_lanes(const Query& q, const Block* block, const Accept& accept,
+                                                  Hit<T>& hit) {
         const BlockHit<T, N> found = intersect<rules_of<Accept>(), N>(q.ray, block, q.t_min, hit.t);
         bool nearer = false;
         for (unsigned lanes = bits(found.mask); lanes != 0; lanes &= lanes - 1) {

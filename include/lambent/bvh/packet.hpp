@@ -1,14 +1,11 @@
 #pragma once
-#include <lambent/bvh/batch.hpp>
 #include <lambent/bvh/traverse.hpp>
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <iterator>
 #include <limits>
 
 namespace lambent {
@@ -20,14 +17,13 @@ namespace detail {
 /// test, so with its answers to the bit.
 /// source  interval tests: Boulos, Wald, Shirley, "Geometric and arithmetic culling methods for entire ray packets"
 ///         (2006), and Wald et al. (2007)
-template <Query query, class T, class Leaves, class Accept>
+template <Query query, class T, class Accept>
 class Packet {
 public:
     static constexpr int capacity = 64;
-    using Tree = WideTree<T, typename Leaves::Block>;
+    using Tree = WideTree<T, TriangleBlock<T>>;
 
-    Packet(const Tree& tree, const Leaves& leaves, const Accept& accept)
-        : tree_(tree), leaves_(leaves), accept_(accept) {}
+    Packet(const Tree& tree, const Accept& accept) : tree_(tree), accept_(accept) {}
 
     /// Which way a ray goes: rays of one kind may share a packet. A ray that hits nothing has none.
     static constexpr std::uint8_t no_kind = 0xff;
@@ -39,9 +35,11 @@ public:
         const auto largest = std::max(x, std::max(y, z));
         const unsigned axis = unsigned(std::countr_zero(unsigned(x == largest) | unsigned(y == largest) << 1 | 4u));
         const auto negative = [](T v) { return unsigned(std::bit_cast<typename Bits::Type>(v) >> (8 * sizeof(T) - 1)); };
-        const unsigned signs = negative(ray.direction.x) | negative(ray.direction.y) << 1 | negative(ray.direction.z) << 2;
-        const bool usable = largest < Bits::exponent && o < Bits::exponent && magnitude(ray.t_min) <= Bits::exponent &&
-                            magnitude(ray.t_max) <= Bits::exponent && largest >= magnitude(std::numeric_limits<T>::min());
+        const Vec3<T>& d = ray.direction;
+        const unsigned signs = negative(d.x) | negative(d.y) << 1 | negative(d.z) << 2;
+        const bool bounded = magnitude(ray.t_min) <= Bits::exponent && magnitude(ray.t_max) <= Bits::exponent;
+        const bool usable = bounded && o < Bits::exponent && largest < Bits::exponent &&
+                            largest >= magnitude(std::numeric_limits<T>::min());
         return usable ? std::uint8_t(signs | axis << 3) : no_kind;
     }
 
@@ -140,12 +138,13 @@ private:
 
     /// Constants of SlabRay and ShearedRay, and the intervals that hold all rays'.
     bool prepare() {
-        constexpr T u = std::numeric_limits<T>::epsilon() / 2, limit = steepest<T>, inf = std::numeric_limits<T>::infinity();
-        constexpr T slack = T(2 * width + 4) * std::numeric_limits<T>::epsilon();
+        constexpr T u = std::numeric_limits<T>::epsilon() / 2, limit = steepest<T>;
+        constexpr T inf = std::numeric_limits<T>::infinity();
         kz_ = kind_ >> 3;
         kx_ = (kz_ + 1) % 3;
         ky_ = (kz_ + 2) % 3;
-        Rays least_o[3], most_o[3], least_d[3], most_d[3], least_s[3], most_s[3], most_pad = T(0), first = inf, last = -inf;
+        Rays least_o[3], most_o[3], least_d[3], most_d[3], least_s[3], most_s[3];
+        Rays most_pad = T(0), first = inf, last = -inf;
         for (int k = 0; k < 3; ++k) {
             least_o[k] = least_d[k] = least_s[k] = inf;
             most_o[k] = most_d[k] = most_s[k] = -inf;
@@ -169,14 +168,13 @@ private:
             }
             for (int k = 0; k < 3; ++k) {
                 const Rays s = load(scale_[k], g), shift = -load(origin_[k], g) * s;
-                const Rays margin = multiply_add(Rays(4 * u), abs(load(origin_[k], g)), Rays(tree_.margin * u) * reach) * abs(s);
+                const Rays size = abs(load(origin_[k], g));
+                const Rays margin = multiply_add(Rays(4 * u), size, Rays(tree_.margin * u) * reach) * abs(s);
                 (shift - margin).store(near_shift_[k] + g * lanes);
                 (shift + margin).store(far_shift_[k] + g * lanes);
             }
             most_pad = max(multiply_add(Rays(12 * u), size_o, Rays((tree_.margin + 8) * u) * reach), most_pad);
-            const Rays start = load(t_min_, g) * along, end = load(t_, g) * along;
-            const Rays from = start - abs(start) * Rays(slack);
-            const Rays to = end + (abs(end) * Rays(slack) + Rays(std::numeric_limits<T>::min()));
+            const Rays from = just_before<T>(load(t_min_, g) * along), to = just_behind<T>(load(t_, g) * along);
             along.store(along_ + g * lanes);
             from.store(from_of_ + g * lanes);
             to.store(limit_of_ + g * lanes);
@@ -278,9 +276,7 @@ private:
             if constexpr (query == Query::any) {
                 limit_of_[i] = t_[i] = -std::numeric_limits<T>::infinity(); // nothing is before that
             } else {
-                constexpr T slack = T(2 * width + 4) * std::numeric_limits<T>::epsilon();
-                const T distance = found.t[l] * along_[i];
-                limit_of_[i] = distance + (std::abs(distance) * slack + std::numeric_limits<T>::min());
+                limit_of_[i] = just_behind<T>(found.t[l] * along_[i]);
             }
             changed = true;
         }
@@ -288,7 +284,6 @@ private:
     }
 
     const Tree& tree_;
-    const Leaves& leaves_;
     const Accept& accept_;
     std::uint8_t kind_ = 0;
     int kx_ = 0, ky_ = 0, kz_ = 0, groups_ = 0;
@@ -300,73 +295,6 @@ private:
     alignas(64) T t_[capacity], u_[capacity], v_[capacity];
     std::uint32_t primitive_[capacity];
 };
-
-/// From how many bytes on a tree is so far from the processor that interleaved rays gain more by waiting together than
-/// they lose in steps; below, single rays are the faster ones. Any-hit rays wait for less.
-/// measured  on cores with 1 MiB and less of their own cache
-template <Query query>
-inline constexpr std::size_t large_tree = query == Query::any ? std::size_t(32) << 20 : std::size_t(12) << 20;
-
-/// All of a batch: rays that go the same way in packets, the others interleaved or one by one.
-template <Query query, class T, class Leaves, class Accept, class RayOf, class Report>
-void traverse_batch(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Accept& accept,
-                    std::size_t count, const RayOf& ray_of, const Report& report) {
-    const std::size_t bytes =
-        tree.nodes.size() * sizeof(WideNode<T>) + tree.blocks.size() * sizeof(typename Leaves::Block);
-    const auto scattered = [&](std::size_t n, const auto& ray, const auto& tell) {
-        if (n > Interleaved<query, T, Leaves, Accept>::lanes && bytes > large_tree<query>) {
-            Interleaved<query, T, Leaves, Accept> interleaved(tree, leaves, accept);
-            interleaved.run(n, ray, tell);
-        } else {
-            for (std::size_t i = 0; i < n; ++i) tell(i, traverse<query>(tree, leaves, ray(i), accept));
-        }
-    };
-    if constexpr (!requires { Leaves::has_packets; }) {
-        scattered(count, ray_of, report);
-    } else {
-        if (tree.nodes.empty()) return scattered(count, ray_of, report);
-        using Bundle = Packet<query, T, Leaves, Accept>;
-        constexpr std::size_t chunk = Bundle::capacity;
-        constexpr int fewest = 12; // rays that make a packet worthwhile
-        Bundle packet(tree, leaves, accept);
-        std::uint32_t rest[16 * chunk];
-        std::size_t rest_count = 0;
-        const auto flush = [&] {
-            scattered(
-                rest_count, [&](std::size_t i) -> decltype(auto) { return ray_of(rest[i]); },
-                [&](std::size_t i, const Hit<T>& hit) { report(rest[i], hit); });
-            rest_count = 0;
-        };
-        for (std::size_t begin = 0; begin < count; begin += chunk) {
-            const int size = int(std::min(chunk, count - begin));
-            std::uint8_t kinds[chunk];
-            for (int i = 0; i < size; ++i) kinds[i] = Bundle::kind(ray_of(begin + std::size_t(i)));
-            std::uint64_t open = size == 64 ? ~0ull : (1ull << size) - 1;
-            while (open != 0) {
-                const std::uint8_t kind = kinds[std::countr_zero(open)];
-                std::uint32_t members[chunk];
-                int member_count = 0;
-                for (std::uint64_t left = open; left != 0; left &= left - 1) {
-                    const int i = std::countr_zero(left);
-                    members[member_count] = std::uint32_t(begin + std::size_t(i));
-                    const bool same = kinds[i] == kind;
-                    member_count += same ? 1 : 0;
-                    open ^= same ? left & (~left + 1) : 0;
-                }
-                if (kind != Bundle::no_kind && member_count >= fewest &&
-                    Bundle::promising(members, member_count, kind, ray_of) &&
-                    packet.gather(members, member_count, kind, ray_of)) {
-                    packet.run();
-                    for (int i = 0; i < member_count; ++i) report(members[i], packet.hit(i));
-                } else {
-                    for (int i = 0; i < member_count; ++i) rest[rest_count++] = members[i];
-                }
-            }
-            if (rest_count + chunk > std::size(rest)) flush();
-        }
-        flush();
-    }
-}
 
 } // namespace detail
 } // namespace LAMBENT_ABI

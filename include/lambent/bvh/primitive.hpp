@@ -56,7 +56,7 @@ using ProjectedScalar = typename std::remove_cvref_t<
     std::invoke_result_t<const Projection&, decltype(std::declval<const V&>()[0])>>::value_type;
 
 struct AsIs {
-    template <class V> constexpr V operator()(const V& v) const { return v; }
+    template <class V> constexpr const V& operator()(const V& v) const { return v; }
 };
 } // namespace detail
 

@@ -3,11 +3,11 @@
 #include <lambent/bvh/wide.hpp>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/ray.hpp>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -15,7 +15,6 @@
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
-
 namespace detail {
 
 /// The 2^30 triangles at most of a tree lie at most 64 + 28 splits below its root (see BinnedBuilder; Reinsertion
@@ -39,6 +38,22 @@ inline constexpr std::array<PlaneOffsets, 8> plane_offsets = [] {
     return table;
 }();
 
+/// Room for the rounding of distances, and for their tags, which change less than `node_width` units in the last place.
+template <class T>
+inline constexpr T distance_slack = T(2 * node_width<T> + 4) * std::numeric_limits<T>::epsilon();
+/// Of one distance T, or of a Pack of them.
+template <class T, class X>
+[[gnu::always_inline]] inline X just_before(X distance) {
+    using std::abs;
+    return distance - abs(distance) * X(distance_slack<T>);
+}
+template <class T, class X>
+[[gnu::always_inline]] inline X just_behind(X distance) {
+    using std::abs;
+    return distance + (abs(distance) * X(distance_slack<T>) + X(std::numeric_limits<T>::min()));
+}
+
+/// Beyond it slabs count a direction as parallel: see SlabRay.
 template <class T>
 inline constexpr T steepest = T(sizeof(T) == 4 ? 1ull << 24 : 1ull << 50);
 
@@ -90,16 +105,12 @@ struct SlabRay {
             near_shift[k] = near[k];
             far_shift[k] = far[k];
         }
-        const T start = ray.t_min * along;
-        from = start - std::abs(start) * slack;
+        from = just_before<T>(T(ray.t_min * along));
         return true;
     }
 
     /// The last distance at which boxes are of interest, for hits before t.
-    T limit_of(T t) const {
-        const T distance = t * along;
-        return distance + (std::abs(distance) * slack + std::numeric_limits<T>::min());
-    }
+    T limit_of(T t) const { return just_behind<T>(T(t * along)); }
 
     /// Which children the ray meets up to `limit`; where it enters each.
     [[gnu::always_inline]] Mask<T, width> meets(const WideNode<T>& node, T limit, Lanes& entry) const {
@@ -114,10 +125,6 @@ struct SlabRay {
                                min(at(plane->far[2], 2, far_shift), Lanes(limit)));
         return entry <= exit;
     }
-
-private:
-    /// Of the distances' rounding, and of their tags', which change less than `width` units in the last place.
-    static constexpr T slack = T(2 * width + 4) * std::numeric_limits<T>::epsilon();
 };
 
 /// Hides from the compiler what `object` holds, so that it stays in memory.
@@ -130,7 +137,8 @@ template <class Object>
 template <class T>
 inline constexpr std::size_t max_stack = std::size_t(max_depth * (node_width<T> - 1) + node_width<T>);
 
-/// values[lane], but by a jump that the processor foresees: it then goes on with the next node before it knows the lane.
+/// values[lane], but by a jump that the processor foresees: it then goes on with the next node before it knows the
+/// lane. The asm statements keep the compiler from making one load of the eight.
 template <int N>
 [[gnu::always_inline]] inline std::uint32_t foreseen(const std::uint32_t* values, int lane) {
     std::uint32_t r;
@@ -145,11 +153,21 @@ template <int N>
     default: r = values[7 % N]; asm volatile("# 7" : "+r"(r)); return r;
     }
 }
+
+/// Asks for the node's or the first block's cache lines.
+template <class T, class Block>
+[[gnu::always_inline]] inline void prefetch(const WideTree<T, Block>& tree, std::uint32_t child) {
+    const bool leaf = (child & Child::leaf_bit) != 0;
+    const char* const p = leaf ? reinterpret_cast<const char*>(tree.blocks.data() + (child & Child::index_mask))
+                               : reinterpret_cast<const char*>(tree.nodes.data() + child);
+    for (int line = 0; line < 4; ++line) __builtin_prefetch(p + 64 * line);
+}
+
 /// The one loop behind every query of a single ray. Returns the nearest hit, or for Query::any some hit.
 /// leaves  what lies in the leaves, and how a ray meets it: see leaves.hpp
 template <Query query, class T, class Leaves, class Accept>
-[[gnu::noinline]] Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Ray<T>& ray,
-                       const Accept& accept) {
+[[gnu::noinline]] Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves,
+                                  const Ray<T>& ray, const Accept& accept) {
     constexpr int width = node_width<T>;
     using Lanes = Pack<T, width>;
     using Block = typename Leaves::Block;
@@ -169,17 +187,10 @@ template <Query query, class T, class Leaves, class Accept>
     std::size_t top = 0;
     std::uint32_t current = 0;
     const auto lane_of = [](T tagged) { return int(std::bit_cast<typename FloatBits<T>::Type>(tagged) & (width - 1)); };
-    [[maybe_unused]] const auto prefetch = [&](std::uint32_t child) {
-        const char* const p = (child & Child::leaf_bit) != 0 ? reinterpret_cast<const char*>(blocks + (child & Child::index_mask)) : reinterpret_cast<const char*>(nodes + child);
-        __builtin_prefetch(p);
-        __builtin_prefetch(p + 64);
-        __builtin_prefetch(p + 128);
-        __builtin_prefetch(p + 192);
-    };
     const auto push = [&](T distance, std::uint32_t child) {
         distances[top] = distance;
         children[top++] = child;
-        prefetch(child);
+        prefetch(tree, child);
     };
     for (;;) {
         while ((current & Child::leaf_bit) == 0) {
@@ -195,7 +206,7 @@ template <Query query, class T, class Leaves, class Accept>
                 for (; met != 0; met ^= 1u << lane) { // the lowest lane last, so that it is visited first
                     lane = 31 - std::countl_zero(met);
                     children[top++] = node.child[lane];
-                    prefetch(node.child[lane]);
+                    prefetch(tree, node.child[lane]);
                 }
             } else {
                 if ((met & (met - 1)) == 0) {
@@ -221,7 +232,7 @@ template <Query query, class T, class Leaves, class Accept>
                 look_up(order, node.child, children + top);
                 top += std::size_t(std::popcount(met)) - 1;
                 current = foreseen<width>(node.child, lane_of(distances[top]));
-                prefetch(children[top - 1]);
+                prefetch(tree, children[top - 1]);
             }
         }
         {
@@ -241,7 +252,7 @@ template <Query query, class T, class Leaves, class Accept>
             --top;
         } while (query == Query::closest && distances[top] > limit);
         current = children[top];
-        if constexpr (query == Query::closest) prefetch(children[top - (top > 0)]);
+        if constexpr (query == Query::closest) prefetch(tree, children[top - (top > 0)]);
     }
 }
 

@@ -137,7 +137,7 @@ template <HitRules rules, class T, int N>
     return hit;
 }
 
-/// One ray and, with N = 4, the triangles of a block; with N = 8 those of two, in the time of one and a half where
+/// One ray and, with N = 4, the triangles of a block; with N = 8 those of two, with as many instructions as one where
 /// registers are that wide.
 template <HitRules rules, int N, class T>
 [[gnu::always_inline]] inline BlockHit<T, N> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>* blocks, T t_min,
