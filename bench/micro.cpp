@@ -243,7 +243,7 @@ void slab_test(benchmark::State& state) {
     for (const Rayf& ray : target.rays) slabs.emplace_back(ray, target.bvh.bounds());
     const auto met = [&](std::size_t i) {
         Slabs::Lanes entry;
-        return bits(slabs[i].meets(node, 0.0f, 1e30f, entry));
+        return bits(slabs[i].meets(node, 1e30f, entry));
     };
     for (std::size_t i = 0; i < slabs.size(); ++i)
         for (std::size_t lane = 0; lane < std::size_t(Slabs::width); ++lane) {
@@ -269,8 +269,8 @@ BENCHMARK(slab_test);
 /// One ray against a block of four triangles; where it hits, weights and depth must name the same point.
 void triangle_test(benchmark::State& state) {
     const Target target;
-    std::vector<TriangleBlock<float>> blocks(target.bvh.tree().blocks);
-    blocks.resize(16);
+    const auto& stored = target.bvh.tree().blocks;
+    const std::vector<TriangleBlock<float>> blocks(stored.begin(), stored.begin() + 16);
     std::vector<ShearedRay<float>> sheared;
     for (const Rayf& ray : target.rays) sheared.emplace_back(ray);
     constexpr float t_min = 0, t_max = 1e30f;

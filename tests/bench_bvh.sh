@@ -35,7 +35,7 @@ expect 10 '"variant":"double",.*"wrong":0,"differing":0,' alone.json # it is the
 for key in scene class library variant batch build_s bytes_per_triangle mrays_per_s ratio_to_embree wrong; do
     [ "$(count "\"$key\":" "$work/alone.json")" -ge 20 ] || fail "there is no key $key"
 done
-expect 2 '"class":"build",.*"mtris_per_s":' alone.json
+expect 3 '"class":"build",.*"mtris_per_s":' alone.json
 answers() { # THREADS: what was counted, without times
     grep "\"threads\":$1,.*mrays_per_s" "$work/alone.json" | sed 's/.*\("class":"[^"]*"\).*\("variant":"[^"]*"\).*\("wrong":[0-9]*,"differing":[0-9]*\).*/\1 \2 \3/'
 }
