@@ -240,7 +240,7 @@ void slab_test(benchmark::State& state) {
     const auto& node = target.bvh.tree().nodes[0];
     using Slabs = detail::SlabRay<float>;
     std::vector<Slabs> slabs;
-    for (const Rayf& ray : target.rays) slabs.emplace_back(ray, target.bvh.bounds());
+    for (const Rayf& ray : target.rays) slabs.emplace_back().start(ray, target.bvh.tree());
     const auto met = [&](std::size_t i) {
         Slabs::Lanes entry;
         return bits(slabs[i].meets(node, 1e30f, entry));
@@ -303,7 +303,8 @@ void ray_setup(benchmark::State& state) {
     const Target target;
     std::size_t i = 0;
     for (auto _ : state) {
-        detail::SlabRay<float> slabs(target.rays[i], target.bvh.bounds());
+        detail::SlabRay<float> slabs;
+        slabs.start(target.rays[i], target.bvh.tree());
         ShearedRay<float> sheared(target.rays[i]);
         benchmark::DoNotOptimize(slabs);
         benchmark::DoNotOptimize(sheared);

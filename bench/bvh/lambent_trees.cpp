@@ -1,11 +1,9 @@
 #include "lambent_trees.hpp"
+#include <lambent/bvh/compact.hpp>
 #include <lambent/bvh/statistics.hpp>
 #include <cstdint>
 #include <span>
 #include <type_traits>
-#if __has_include(<lambent/bvh/compact.hpp>)
-#include <lambent/bvh/compact.hpp>
-#endif
 
 using namespace lambent;
 
@@ -59,40 +57,25 @@ Contender single_rays(std::shared_ptr<const Built<Tree>> built, const std::strin
     return c;
 }
 
-/// What a tree's batches write for each any-hit ray; void where it takes no batches.
-template <class Tree>
-auto batch_flag() {
-    using Rays = std::span<const Rayf>;
-    if constexpr (requires(const Tree& t, Rays r) { t.occluded(r, std::span<bool>()); }) {
-        return std::type_identity<bool>();
-    } else if constexpr (requires(const Tree& t, Rays r) { t.occluded(r, std::span<std::uint8_t>()); }) {
-        return std::type_identity<std::uint8_t>();
-    } else {
-        return std::type_identity<void>();
-    }
-}
-
 /// Batches write hits and flags of the library's own, as a user gets them.
-template <class Flag>
 struct BatchResults {
     std::vector<Hit<float>> hits;
-    std::unique_ptr<Flag[]> flags; // no vector: that of bool has no bools
+    std::unique_ptr<bool[]> flags; // no vector: that of bool has no bools
 };
 
 template <class Tree>
 Contender batches(std::shared_ptr<const Built<Tree>> built, const std::string& variant) {
-    using Flag = typename decltype(batch_flag<Tree>())::type;
     Contender c = single_rays(built, variant);
     c.batch = true;
-    const auto results = std::make_shared<BatchResults<Flag>>();
+    const auto results = std::make_shared<BatchResults>();
     c.prepare = [results](const RayClass& rays) {
         results->hits.resize(rays.rays.size());
-        results->flags = std::make_unique<Flag[]>(rays.rays.size());
+        results->flags = std::make_unique<bool[]>(rays.rays.size());
     };
     c.trace = [built, results](const RayClass& rays, std::size_t begin, std::size_t end, Answers&) {
         const std::span<const Rayf> part(rays.rays.data() + begin, end - begin);
         if (rays.any) {
-            built->tree.occluded(part, std::span<Flag>(results->flags.get() + begin, part.size()));
+            built->tree.occluded(part, std::span<bool>(results->flags.get() + begin, part.size()));
         } else {
             built->tree.intersect(part, std::span<Hit<float>>(results->hits.data() + begin, part.size()));
         }
@@ -109,33 +92,12 @@ Contender batches(std::shared_ptr<const Built<Tree>> built, const std::string& v
     return c;
 }
 
-/// A template, so that a quality which this version lacks is no error.
-template <class Quality>
-std::optional<Quality> quality_named(std::string_view name) {
-    if (name == "fast") return Quality::fast;
-    if (name == "balanced") return Quality::balanced;
-    if constexpr (requires { Quality::best; }) {
-        if (name == "best") return Quality::best;
-    }
-    return {};
-}
-
-/// Adds a float tree: ray by ray, and by the batch where it can and is asked to.
+/// Adds a float tree: ray by ray, and by the batch where it is asked to.
 template <class Tree>
 void enter(std::shared_ptr<const Built<Tree>> built, const std::string& variant, const LambentModes& modes,
            std::vector<Contender>& contenders) {
     contenders.push_back(single_rays(built, variant));
-    if constexpr (!std::is_void_v<typename decltype(batch_flag<Tree>())::type>) {
-        if (modes.batch) contenders.push_back(batches(built, variant));
-    }
-}
-
-template <class Mesh>
-void enter_compact([[maybe_unused]] const Mesh& mesh, [[maybe_unused]] const LambentModes& modes,
-                   [[maybe_unused]] std::vector<Contender>& contenders) {
-#if __has_include(<lambent/bvh/compact.hpp>)
-    enter(build<CompactBvh<Mesh>>(mesh), "compact", modes, contenders);
-#endif
+    if (modes.batch) contenders.push_back(batches(built, variant));
 }
 
 Contender double_tree(const Soup& soup) {
@@ -144,8 +106,6 @@ Contender double_tree(const Soup& soup) {
 }
 
 } // namespace
-
-std::optional<BuildQuality> build_quality(std::string_view name) { return quality_named<BuildQuality>(name); }
 
 BuildCost build_lambent(const Soup& soup, BuildQuality quality) {
     const auto built = build<Bvh>(triangles(soup.vertices, soup.faces), quality);
@@ -158,9 +118,9 @@ LambentTrees lambent_trees(const Soup& soup, const LambentModes& modes) {
     const auto by_default = build<Bvh>(mesh);
     trees.tree = std::shared_ptr<const Bvh>(by_default, &by_default->tree);
     enter(by_default, "float", modes, trees.contenders);
-    if (const auto best = build_quality("best"); best && *best != BuildOptions{}.quality)
-        enter(build<Bvh>(mesh, *best), "float-best", modes, trees.contenders);
-    if (modes.compact) enter_compact(mesh, modes, trees.contenders);
+    enter(build<Bvh>(mesh, BuildQuality::best), "float-best", modes, trees.contenders);
+    using Compact = CompactBvh<std::remove_const_t<decltype(mesh)>>;
+    if (modes.compact) enter(build<Compact>(mesh), "compact", modes, trees.contenders);
     trees.reference = double_tree(soup);
     if (modes.in_double) trees.contenders.push_back(trees.reference);
     return trees;

@@ -2,8 +2,6 @@
 #include "contender.hpp"
 #include <lambent/bvh/bvh.hpp>
 #include <memory>
-#include <optional>
-#include <string_view>
 #include <vector>
 
 /// Which of our trees run.
@@ -19,8 +17,5 @@ struct LambentTrees {
 
 /// Builds our trees over the soup, which must outlive them.
 LambentTrees lambent_trees(const Soup& soup, const LambentModes& modes);
-
-/// Empty where this version has no such quality.
-std::optional<lambent::BuildQuality> build_quality(std::string_view name);
 
 BuildCost build_lambent(const Soup& soup, lambent::BuildQuality quality);

@@ -118,10 +118,12 @@ std::vector<Result> measure_builds(const Soup& soup, const std::vector<EmbreeLib
         std::vector<double> seconds{};
     };
     std::vector<Builder> builders;
-    const char* const ours[][2] = {{"fast", "medium"}, {"balanced", ""}, {"best", "high"}};
-    for (const auto& [name, peer] : ours)
-        if (const auto quality = build_quality(name))
-            builders.push_back({"lambent", name, peer, [&soup, quality] { return build_lambent(soup, *quality); }});
+    const auto add_ours = [&](const char* name, lambent::BuildQuality quality, const char* peer) {
+        builders.push_back({"lambent", name, peer, [&soup, quality] { return build_lambent(soup, quality); }});
+    };
+    add_ours("fast", lambent::BuildQuality::fast, "medium");
+    add_ours("balanced", lambent::BuildQuality::balanced, "");
+    add_ours("best", lambent::BuildQuality::best, "high");
     const std::pair<const char*, EmbreeQuality> theirs[] = {
         {"low", EmbreeQuality::low}, {"medium", EmbreeQuality::medium}, {"high", EmbreeQuality::high}};
     for (const EmbreeLibrary& library : libraries)

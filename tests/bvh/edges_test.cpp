@@ -1,5 +1,6 @@
 // Also compiled alone with other flags, see tests/CMakeLists.txt.
 #include "support/meshes.hpp"
+#include "support/random.hpp"
 #include <cmath>
 #include <doctest/doctest.h>
 #include <lambent/bvh/facing.hpp>

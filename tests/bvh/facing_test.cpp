@@ -1,5 +1,6 @@
 #include "support/brute_force.hpp"
 #include "support/meshes.hpp"
+#include "support/random.hpp"
 #include "support/rays.hpp"
 #include <doctest/doctest.h>
 #include <lambent/bvh/facing.hpp>

@@ -1,6 +1,7 @@
 #include "support/brute_force.hpp"
 #include "support/doubled.hpp"
 #include "support/meshes.hpp"
+#include "support/random.hpp"
 #include "support/rays.hpp"
 #include <algorithm>
 #include <doctest/doctest.h>
@@ -61,7 +62,7 @@ TEST_CASE_TEMPLATE("Every hit is reported once, with the t of brute force", T, f
     for (const lambent_test::Mesh<T>& mesh :
          {sphere<T>(12, 8, 0.3, 1), cube<T>(4), soup<T>(160, 0.8, 2), slivers<T>(160, 3), degenerate<T>(160, 4)}) {
         CAPTURE(mesh.name);
-        for (const BuildQuality quality : {BuildQuality::fast, BuildQuality::balanced}) {
+        for (const BuildQuality quality : {BuildQuality::fast, BuildQuality::balanced, BuildQuality::best}) {
             const auto bvh = BasicBvh<T>::build(triangles(mesh.vertices, mesh.faces), {.quality = quality});
             CHECK(differences(bvh, mesh, 10000, hits) == 0);
         }

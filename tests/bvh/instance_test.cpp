@@ -1,5 +1,6 @@
 #include "support/brute_force.hpp"
 #include "support/meshes.hpp"
+#include "support/random.hpp"
 #include <cmath>
 #include <cstdint>
 #include <doctest/doctest.h>

@@ -1,5 +1,6 @@
 #include "support/brute_force.hpp"
 #include "support/meshes.hpp"
+#include "support/random.hpp"
 #include "support/rays.hpp"
 #include <cmath>
 #include <doctest/doctest.h>
@@ -10,20 +11,6 @@ using namespace lambent;
 using namespace lambent_test;
 
 namespace {
-
-template <class T>
-std::vector<Corners<T>> corners(const lambent_test::Mesh<T>& mesh) {
-    std::vector<Corners<T>> result;
-    for (std::size_t i = 0; i < mesh.faces.size(); ++i)
-        if (finite_triangle(mesh.triangle(i))) result.push_back(mesh.triangle(i));
-    return result;
-}
-
-template <class T>
-std::vector<lambent_test::Mesh<T>> meshes() {
-    return {sphere<T>(12, 8, 0.3, 1), cube<T>(4), soup<T>(160, 0.3, 2), slivers<T>(160, 3),
-            degenerate<T>(160, 4), soup<T>(3, 1, 5)};
-}
 
 /// Does what the tree says about `ray` agree with double precision wherever that is sure of itself?
 template <class T>
@@ -52,7 +39,7 @@ bool plausible(const lambent_test::Mesh<T>& mesh, std::span<const Corners<T>> al
 
 TEST_CASE_TEMPLATE("G2: nearest hits equal brute force, to the bit in t, on 1e6 rays of all kinds", T, float, double) {
     std::size_t rays = 0, hits = 0, different = 0, implausible = 0;
-    for (const lambent_test::Mesh<T>& mesh : meshes<T>()) {
+    for (const lambent_test::Mesh<T>& mesh : small_meshes<T>()) {
         const std::vector<Corners<T>> all = corners(mesh);
         const auto bvh = BasicBvh<T>::build(triangles(mesh.vertices, mesh.faces));
         Random random(7);

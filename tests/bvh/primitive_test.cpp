@@ -1,4 +1,5 @@
 #include "support/meshes.hpp"
+#include "support/random.hpp"
 #include <cmath>
 #include <cstdint>
 #include <doctest/doctest.h>

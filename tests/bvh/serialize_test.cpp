@@ -1,4 +1,5 @@
 #include "support/meshes.hpp"
+#include "support/random.hpp"
 #include "support/rays.hpp"
 #include <cmath>
 #include <cstddef>

@@ -1,6 +1,7 @@
 // BuildQuality::best: triangles are cut at planes, and still no ray may tell.
 #include "support/brute_force.hpp"
 #include "support/meshes.hpp"
+#include "support/random.hpp"
 #include "support/rays.hpp"
 #include <algorithm>
 #include <bit>
@@ -45,14 +46,6 @@ template <class T>
 lambent_test::Mesh<T> mapped(lambent_test::Mesh<T> mesh, T scale, Vec3<T> offset) {
     for (Vec3<T>& v : mesh.vertices) v = v * scale + offset;
     return mesh;
-}
-
-template <class T>
-std::vector<Corners<T>> corners(const lambent_test::Mesh<T>& mesh) {
-    std::vector<Corners<T>> result;
-    for (std::size_t i = 0; i < mesh.faces.size(); ++i)
-        if (finite_triangle(mesh.triangle(i))) result.push_back(mesh.triangle(i));
-    return result;
 }
 
 /// visit(primitive, box of the leaf, leaf's first block) for every place in every leaf.

@@ -1,6 +1,7 @@
 #include "support/brute_force.hpp"
 #include "support/doubled.hpp"
 #include "support/meshes.hpp"
+#include "support/random.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,5 +1,6 @@
 // Also compiled alone with other flags, see tests/CMakeLists.txt.
 #include "support/aimed_rays.hpp"
+#include "support/random.hpp"
 #include <doctest/doctest.h>
 #include <lambent/bvh/bvh.hpp>
 #include <limits>

@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include <doctest/doctest.h>
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/error.hpp>

@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include <array>
 #include <doctest/doctest.h>
 #include <lambent/core/numerics.hpp>

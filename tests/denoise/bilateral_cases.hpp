@@ -1,4 +1,5 @@
 #pragma once
+#include "support/random.hpp"
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -17,7 +18,6 @@ using lambent::Plane;
 using lambent::SecondPassGuide;
 using lambent::Vec3;
 
-inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// An image and what guides its filter.
 template <class T>

@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
@@ -12,7 +13,6 @@ using lambent_test::Random;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr const char* filtering_methods[] = {"best", "balanced", "fast", "naive_2d", "reuse_2d", "separable", "separable_reuse", "seed"};
 
 /// A room's corner: a textured floor and a wall with a lamp in it, a shadow across both, sky above the wall.

@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
@@ -12,7 +13,6 @@ using lambent_test::Random;
 namespace {
 
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Plane<float, 3> noise(int width, int height, std::uint64_t seed) {
     Random random(seed);

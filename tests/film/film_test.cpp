@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/film/film.hpp>
 #include <support/statistics.hpp>

@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include <lambent/io/film_file.hpp>
 #include <support/statistics.hpp>
 #include <support/temporary_folder.hpp>

@@ -1,8 +1,8 @@
 #include <lambent/io/scene_file.hpp>
 #include <io/gltf_builder.hpp>
+#include <io/notes.hpp>
 #include <support/temporary_folder.hpp>
 #include <doctest/doctest.h>
-#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -16,7 +16,7 @@ Scene<float> load_text(const std::string& text, const LoadOptions& options = {})
     return load_gltf(folder.write("scene.gltf", text), options);
 }
 
-std::string refusal(const std::string& text) {
+std::string gltf_refusal(const std::string& text) {
     try {
         load_text(text);
     } catch (const Error& error) {
@@ -24,11 +24,6 @@ std::string refusal(const std::string& text) {
         return error.what();
     }
     return "loaded";
-}
-
-bool noted(const Scene<float>& scene, const std::string& text) {
-    return std::any_of(scene.notes.begin(), scene.notes.end(),
-                       [&](const std::string& note) { return note.find(text) != std::string::npos; });
 }
 
 bool contains(const std::string& text, const std::string& part) {
@@ -107,7 +102,7 @@ TEST_CASE("glTF: interleaved, sparse, quantised and normalised accessors") {
     CHECK(scene.colors[0].w == 1);
     CHECK(scene.texcoords.empty());
     // An element count that differs from POSITION's is refused.
-    CHECK(contains(refusal(b.mesh(R"({"attributes":{"POSITION":0,"COLOR_0":5}})")),
+    CHECK(contains(gltf_refusal(b.mesh(R"({"attributes":{"POSITION":0,"COLOR_0":5}})")),
                    "1 elements for 3 positions"));
 }
 
@@ -206,7 +201,7 @@ TEST_CASE("glTF: materials") {
     CHECK(untextured.materials[0].base_color_texture == no_texture);
     CHECK(untextured.materials[0].base_color == Vec3f(0.5f));
     CHECK(contains(
-        refusal(b.mesh(p, "", R"(,"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":3}}}])")),
+        gltf_refusal(b.mesh(p, "", R"(,"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":3}}}])")),
         "/materials/0: index 3 of 0"));
 }
 
@@ -282,9 +277,9 @@ TEST_CASE("glTF: what contradicts itself is refused, with the place") {
                           const std::string& more = "") {
         GltfBuilder copy = b;
         copy.accessor(view, component, type, 0, R"(,"count":)" + count + more); // the later "count" counts
-        return refusal(copy.mesh(p));
+        return gltf_refusal(copy.mesh(p));
     };
-    CHECK(contains(refusal(b.mesh(R"({"attributes":{"POSITION":0},"indices":1})")),
+    CHECK(contains(gltf_refusal(b.mesh(R"({"attributes":{"POSITION":0},"indices":1})")),
                    "/meshes/0/primitives/0/indices: element 2 is vertex 3 of 3"));
     CHECK(contains(with(5126, "VEC3", "4"), "/accessors/2: 4 elements of 12 bytes"));
     CHECK(contains(with(5126, "VEC3", "3", R"(,"byteOffset":4)"), "/accessors/2"));
@@ -308,23 +303,23 @@ TEST_CASE("glTF: what contradicts itself is refused, with the place") {
             5126, "VEC3", "3",
             R"(,"sparse":{"count":1,"indices":{"bufferView":9,"componentType":5121},"values":{"bufferView":0}})"),
         "scene.gltf"));
-    CHECK(contains(refusal(b.mesh(R"({"attributes":{"POSITION":1}})")), "/attributes/POSITION"));
-    CHECK(contains(refusal(b.mesh(R"({"attributes":{"POSITION":9}})")), "scene.gltf"));
-    CHECK(contains(refusal(b.mesh(R"({"attributes":{"POSITION":0},"indices":0})")), "/indices"));
-    CHECK(contains(refusal(b.mesh(R"({"attributes":{"POSITION":0},"mode":7})")), "mode 7"));
-    CHECK(contains(refusal(b.mesh(R"({"attributes":{"POSITION":0},"material":0})")), "/material"));
-    CHECK(contains(refusal(b.mesh(p, R"(,"rotation":[0,0,0,0])")), "/nodes/0/rotation"));
-    CHECK(contains(refusal(b.mesh(p, R"(,"camera":2)")), "/nodes/0/camera"));
+    CHECK(contains(gltf_refusal(b.mesh(R"({"attributes":{"POSITION":1}})")), "/attributes/POSITION"));
+    CHECK(contains(gltf_refusal(b.mesh(R"({"attributes":{"POSITION":9}})")), "scene.gltf"));
+    CHECK(contains(gltf_refusal(b.mesh(R"({"attributes":{"POSITION":0},"indices":0})")), "/indices"));
+    CHECK(contains(gltf_refusal(b.mesh(R"({"attributes":{"POSITION":0},"mode":7})")), "mode 7"));
+    CHECK(contains(gltf_refusal(b.mesh(R"({"attributes":{"POSITION":0},"material":0})")), "/material"));
+    CHECK(contains(gltf_refusal(b.mesh(p, R"(,"rotation":[0,0,0,0])")), "/nodes/0/rotation"));
+    CHECK(contains(gltf_refusal(b.mesh(p, R"(,"camera":2)")), "/nodes/0/camera"));
     CHECK(contains(
-        refusal(b.mesh(p, R"(,"scale":[1e300,1e300,1e300],"children":[1]},{"mesh":0,"scale":[1e300,1,1])")),
+        gltf_refusal(b.mesh(p, R"(,"scale":[1e300,1e300,1e300],"children":[1]},{"mesh":0,"scale":[1e300,1,1])")),
         "overflows"));
     for (const char* extension :
          {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_texture_basisu", "ACME_x"})
         CHECK(
-            contains(refusal(b.mesh(p, "", R"(,"extensionsRequired":[")" + std::string(extension) + R"("])")),
+            contains(gltf_refusal(b.mesh(p, "", R"(,"extensionsRequired":[")" + std::string(extension) + R"("])")),
                      extension));
     const auto nodes = [&](const std::string& text) {
-        return refusal(b.json(R"("scenes":[{"nodes":[0]}],"nodes":[)" + text +
+        return gltf_refusal(b.json(R"("scenes":[{"nodes":[0]}],"nodes":[)" + text +
                               R"(],"meshes":[{"primitives":[)" + p + "]}]"));
     };
     CHECK(contains(nodes(R"({"children":[0]})"), "/nodes/0: the node is reached twice"));
@@ -334,10 +329,10 @@ TEST_CASE("glTF: what contradicts itself is refused, with the place") {
                    "/nodes/3: the node is reached twice"));
     CHECK(contains(nodes(R"({"children":[4]})"), "/nodes/0/children: index 4 of 1"));
     CHECK(contains(nodes(R"({"mesh":4})"), "/nodes/0/mesh: index 4 of 1"));
-    CHECK(contains(refusal(""), "empty"));
-    CHECK(contains(refusal("{}"), "scene.gltf"));
-    CHECK(contains(refusal("[1,2"), "scene.gltf"));
-    CHECK(contains(refusal("glTF\1"), "no binary glTF"));
+    CHECK(contains(gltf_refusal(""), "empty"));
+    CHECK(contains(gltf_refusal("{}"), "scene.gltf"));
+    CHECK(contains(gltf_refusal("[1,2"), "scene.gltf"));
+    CHECK(contains(gltf_refusal("glTF\1"), "no binary glTF"));
 }
 
 TEST_CASE("scene files are told apart by their extension") {

@@ -1,7 +1,7 @@
 #include <lambent/io/obj.hpp>
+#include <io/notes.hpp>
 #include <support/temporary_folder.hpp>
 #include <doctest/doctest.h>
-#include <algorithm>
 #include <string>
 
 using namespace lambent;
@@ -16,11 +16,6 @@ std::string message_of(const std::string& path) {
         return error.what();
     }
     return "";
-}
-
-bool noted(const Scene<float>& scene, const std::string& text) {
-    return std::any_of(scene.notes.begin(), scene.notes.end(),
-                       [&](const std::string& note) { return note.find(text) != std::string::npos; });
 }
 
 const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";

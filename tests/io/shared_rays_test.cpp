@@ -1,4 +1,5 @@
 #include "support/brute_force.hpp"
+#include "support/random.hpp"
 #include "support/rays.hpp"
 #include "support/skip.hpp"
 #include <doctest/doctest.h>

@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include <lambent/core/ray.hpp>
 #include <lambent/light/sphere_light.hpp>
 #include <lambent/light/triangle_light.hpp>

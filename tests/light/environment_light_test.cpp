@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include <lambent/light/environment_light.hpp>
 #include <support/statistics.hpp>
 #include <doctest/doctest.h>

@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include <lambent/core/frame.hpp>
 #include <lambent/material/lambert.hpp>
 #include <support/statistics.hpp>

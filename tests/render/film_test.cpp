@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include <lambent/core/parallel.hpp>
 #include <lambent/film/film.hpp>
 #include <lambent/render/path.hpp>

@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include <doctest/doctest.h>
 #include <lambent/sampling/alias.hpp>
 #include <lambent/sampling/distribution.hpp>

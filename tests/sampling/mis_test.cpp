@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include <algorithm>
 #include <doctest/doctest.h>
 #include <lambent/sampling/mis.hpp>

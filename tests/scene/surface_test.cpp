@@ -1,3 +1,4 @@
+#include "support/random.hpp"
 #include "support/statistics.hpp"
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,6 @@
 #pragma once
 #include "support/meshes.hpp"
+#include "support/random.hpp"
 #include <lambent/core/ray.hpp>
 #include <cstddef>
 
@@ -24,9 +25,9 @@ struct Placed {
 /// and then its direction is zero.
 /// face    the one whose vertex or edge it is aimed at
 /// origin  in the unit mesh
-template <class T, class Engine>
+template <class T>
 lambent::Ray<T> aimed_ray(const Placed<T>& placed, std::size_t i, std::size_t face, int corner,
-                          const Vec3<double>& origin, BasicRandom<Engine>& random) {
+                          const Vec3<double>& origin, Random& random) {
     const UVec3 ids = placed.mesh.faces[face];
     const Vec3<T> a = placed.mesh.vertices[ids[corner]], b = placed.mesh.vertices[ids[(corner + 1) % 3]];
     lambent::Ray<T> ray;
@@ -54,8 +55,8 @@ lambent::Ray<T> aimed_ray(const Placed<T>& placed, std::size_t i, std::size_t fa
 }
 
 /// The same at any face, from anywhere in the box.
-template <class T, class Engine>
-lambent::Ray<T> aimed_ray(const Placed<T>& placed, std::size_t i, BasicRandom<Engine>& random) {
+template <class T>
+lambent::Ray<T> aimed_ray(const Placed<T>& placed, std::size_t i, Random& random) {
     const std::size_t face = random.index(placed.mesh.faces.size());
     const int corner = int(random.index(3));
     return aimed_ray(placed, i, face, corner, random.template in_box<double>(-0.4, 0.4), random);

@@ -74,6 +74,21 @@ bool finite_triangle(const Corners<T>& p) {
     return lambent::is_finite(p[0]) && lambent::is_finite(p[1]) && lambent::is_finite(p[2]);
 }
 
+/// Whether a tree keeps it: see Bvh::dropped().
+template <class T>
+bool in_tree(const Corners<T>& p) {
+    return finite_triangle(p) && p[0] != p[1] && p[1] != p[2] && p[2] != p[0];
+}
+
+/// The finite ones.
+template <class Mesh>
+auto corners(const Mesh& mesh) {
+    std::vector<decltype(mesh.triangle(0))> result;
+    for (std::size_t i = 0; i < mesh.faces.size(); ++i)
+        if (finite_triangle(mesh.triangle(i))) result.push_back(mesh.triangle(i));
+    return result;
+}
+
 /// t of the nearest hit; infinity for none.
 template <class T>
 T brute_force(std::span<const Corners<T>> triangles, const Ray<T>& ray) {

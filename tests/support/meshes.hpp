@@ -1,10 +1,10 @@
 #pragma once
+#include "support/random.hpp"
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <lambent/core/vec.hpp>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,26 +14,6 @@ namespace lambent_test {
 
 using lambent::UVec3;
 using lambent::Vec3;
-
-/// Numbers at random from an engine of 64 bits.
-template <class Engine>
-class BasicRandom {
-public:
-    explicit BasicRandom(std::uint64_t seed) : engine_(seed) {}
-    double uniform() { return double(engine_() >> 11) * 0x1p-53; }
-    double uniform(double low, double high) { return low + (high - low) * uniform(); }
-    std::uint64_t bits() { return engine_(); }
-    std::size_t index(std::size_t n) { return std::size_t(engine_() % n); }
-    template <class T> Vec3<T> in_box(double low, double high) {
-        const double x = uniform(low, high), y = uniform(low, high), z = uniform(low, high);
-        return {T(x), T(y), T(z)};
-    }
-
-private:
-    Engine engine_;
-};
-
-using Random = BasicRandom<std::mt19937_64>;
 
 template <class T>
 struct Mesh {
@@ -162,6 +142,13 @@ Mesh<T> degenerate(std::size_t count, std::uint64_t seed) {
         }
     }
     return mesh;
+}
+
+/// One of each kind, small enough for brute force.
+template <class T>
+std::vector<Mesh<T>> small_meshes() {
+    return {sphere<T>(12, 8, 0.3, 1), cube<T>(4), soup<T>(160, 0.3, 2), slivers<T>(160, 3),
+            degenerate<T>(160, 4), soup<T>(3, 1, 5)};
 }
 
 } // namespace lambent_test

@@ -1,5 +1,6 @@
 #pragma once
 #include "support/meshes.hpp"
+#include "support/random.hpp"
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/ray.hpp>
 #include <limits>

@@ -46,8 +46,9 @@ template <class Accept> CullFrontFaces(Accept) -> CullFrontFaces<Accept>;
 /// vertices it goes through, and from within an odd number of times in front of it; no ray slips through.
 /// At a silhouette, seen from outside, that is both triangles or none. The border of an open mesh is hit on one side
 /// of it and missed on the other.
-/// range  as the triangle test's; where a program flushes denormals to zero (as -ffast-math makes it), coordinates below
-///        about 2^-40 lose the exactness that this rests on: closest and any hits stay watertight, the counts may not be right
+/// range  as the triangle test's; where a program flushes denormals to zero (as -ffast-math makes it), coordinates
+///        below about 2^-40 lose the exactness that this rests on: closest and any hits stay watertight, but an edge
+///        may have two owners or none
 /// cost  two operations a block that is hit; more only where an edge is hit exactly
 template <class Accept = AcceptAll>
 struct OwnEdges {
