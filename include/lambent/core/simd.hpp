@@ -302,11 +302,11 @@ template <class T, int N>
 namespace detail {
 /// Exchanges each lane with lane ^ distance where it is the smaller of the two and belongs first.
 template <int stage, int distance, class Ints, int... i>
-[[gnu::always_inline]] inline Ints sort_step(Ints v, std::integer_sequence<int, i...>) {
+[[gnu::always_inline]] inline void sort_step(Ints& v, std::integer_sequence<int, i...>) {
     constexpr int n = int(sizeof...(i));
     const Ints other = __builtin_shufflevector(v, v, (i ^ distance)...);
     const Ints low = v < other ? v : other, high = v < other ? other : v;
-    return __builtin_shufflevector(low, high, (((i & distance) == 0) == ((i & stage) == 0) ? i + n : i)...);
+    v = __builtin_shufflevector(low, high, (((i & distance) == 0) == ((i & stage) == 0) ? i + n : i)...);
 }
 } // namespace detail
 
@@ -319,13 +319,13 @@ template <class T, int N>
     constexpr std::make_integer_sequence<int, N> n{};
     static_assert(N == 4 || N == 8);
     Ints v = Ints(a.v);
-    v = detail::sort_step<2, 1>(v, n);
-    v = detail::sort_step<4, 2>(v, n);
-    v = detail::sort_step<4, 1>(v, n);
+    detail::sort_step<2, 1>(v, n);
+    detail::sort_step<4, 2>(v, n);
+    detail::sort_step<4, 1>(v, n);
     if constexpr (N == 8) {
-        v = detail::sort_step<8, 4>(v, n);
-        v = detail::sort_step<8, 2>(v, n);
-        v = detail::sort_step<8, 1>(v, n);
+        detail::sort_step<8, 4>(v, n);
+        detail::sort_step<8, 2>(v, n);
+        detail::sort_step<8, 1>(v, n);
     }
     return typename Pack<T, N>::Vector(v);
 }
