@@ -189,6 +189,22 @@ template <class T, int N>
     }
 }
 
+/// Lane i is the lanes[i]-th of a.
+template <class T>
+[[gnu::always_inline]] inline Pack<T, 4> permute(Pack<T, 4> a, const int (&lanes)[4]) {
+    using Vector = typename Pack<T, 4>::Vector;
+#if defined(__AVX__)
+    if constexpr (sizeof(T) == 4) {
+        __m128i from;
+        std::memcpy(&from, lanes, sizeof from);
+        return Vector(_mm_permutevar_ps(__m128(a.v), from));
+    }
+#endif
+    T x[4];
+    a.store(x);
+    return Vector{x[lanes[0]], x[lanes[1]], x[lanes[2]], x[lanes[3]]};
+}
+
 /// Lane-wise magnitude, by the sign bit.
 template <class T, int N>
 [[gnu::always_inline]] inline Pack<T, N> abs(Pack<T, N> a) {
