@@ -176,7 +176,6 @@ template <Query query, class T, class Leaves, class Accept>
     SlabRay<T> slabs;
     if (tree.nodes.empty() || !slabs.start(ray, tree)) return hit;
     typename Leaves::Query prepared(ray);
-    keep_in_memory(prepared); // registers are for boxes
     T limit = slabs.limit_of(ray.t_max);
     hit.t = ray.t_max;
 
@@ -238,6 +237,7 @@ template <Query query, class T, class Leaves, class Accept>
         {
             const Block* const first = blocks + (current & Child::index_mask);
             const int count = (current & Child::second_block_bit) != 0 ? 2 : 1;
+            keep_in_memory(prepared); // registers are for boxes
             if (leaves.template meet<query>(prepared, first, count, accept, hit)) {
                 if constexpr (query == Query::any) return hit;
                 limit = slabs.limit_of(hit.t);

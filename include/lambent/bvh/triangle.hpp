@@ -40,7 +40,7 @@ struct ShearedRay {
         const Four d = typename Four::Vector{ray.direction.x, ray.direction.y, ray.direction.z, 1}, size = abs(d);
         const T largest = std::max(size[0], std::max(size[1], size[2]));
         kz = std::countr_zero(bits(size >= Four(largest)) | 4u); // without branches: directions are hard to foresee
-        constexpr int axes[3][4] = {{1, 2, 0, 3}, {2, 0, 1, 3}, {0, 1, 2, 3}};
+        static constexpr int axes[3][4] = {{1, 2, 0, 3}, {2, 0, 1, 3}, {0, 1, 2, 3}};
         kx = axes[kz][0];
         ky = axes[kz][1];
         permute(o, axes[kz]).store(origin);
