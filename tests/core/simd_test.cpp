@@ -79,7 +79,7 @@ TEST_CASE_TEMPLATE("Packs compute what scalars do, lane by lane", K, F2, F4, F8,
             if (is_finite(a[k]) && is_finite(b[k]) && std::abs(a[k]) < T(1e10) && std::abs(b[k]) < T(1e10) &&
                 is_finite(c[k]) && std::abs(c[k]) < T(1e10)) {
                 expect(difference_of_products(x, y, z, x), lane, difference_of_products(a[k], b[k], c[k], a[k]));
-                const T once = std::fma(-a[k], b[k], c[k]), got = negated_multiply_add(x, y, z)[lane];
+                const T once = std::fma(a[k], b[k], c[k]), got = exact_multiply_add(x, y, z)[lane];
                 different += std::size_t(std::abs(got - once) > std::numeric_limits<T>::epsilon() * std::abs(once));
                 different += std::size_t((got > 0) != (once > 0) || (got < 0) != (once < 0));
             }

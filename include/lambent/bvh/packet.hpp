@@ -181,8 +181,8 @@ private:
             first = min(from, first);
             last = max(to, last);
             const Rays dz = load(direction_[kz_], g);
-            (load(direction_[kx_], g) / dz).store(shear_x_ + g * lanes);
-            (load(direction_[ky_], g) / dz).store(shear_y_ + g * lanes);
+            (-load(direction_[kx_], g) / dz).store(slope_x_ + g * lanes);
+            (-load(direction_[ky_], g) / dz).store(slope_y_ + g * lanes);
             (Rays(T(1)) / dz).store(inverse_z_ + g * lanes);
             for (int i = 0; i < lanes; ++i) primitive_[g * lanes + i] = no_primitive;
         }
@@ -254,12 +254,12 @@ private:
     /// The test of triangle.hpp, with rays in the lanes.
     [[gnu::always_inline]] bool meet_triangle(const TriangleBlock<T>& block, int lane, int group) {
         const Rays ox = load(origin_[kx_], group), oy = load(origin_[ky_], group), oz = load(origin_[kz_], group);
-        const Rays shear_x = load(shear_x_, group), shear_y = load(shear_y_, group);
+        const Rays slope_x = load(slope_x_, group), slope_y = load(slope_y_, group);
         Rays x[3], y[3], z[3];
         for (int i = 0; i < 3; ++i) {
             z[i] = Rays(block.vertex[i][kz_][lane]) - oz;
-            x[i] = negated_multiply_add(shear_x, z[i], Rays(block.vertex[i][kx_][lane]) - ox);
-            y[i] = negated_multiply_add(shear_y, z[i], Rays(block.vertex[i][ky_][lane]) - oy);
+            x[i] = exact_multiply_add(slope_x, z[i], Rays(block.vertex[i][kx_][lane]) - ox);
+            y[i] = exact_multiply_add(slope_y, z[i], Rays(block.vertex[i][ky_][lane]) - oy);
         }
         const BlockHit<T, lanes> found = intersect_sheared<rules_of<Accept>(), T, lanes>(
             x, y, z, load(inverse_z_, group), load(t_min_, group), load(t_, group));
@@ -291,7 +291,7 @@ private:
     alignas(64) T origin_[3][capacity], direction_[3][capacity], t_min_[capacity];
     alignas(64) T scale_[3][capacity], near_shift_[3][capacity], far_shift_[3][capacity];
     alignas(64) T along_[capacity], from_of_[capacity], limit_of_[capacity];
-    alignas(64) T shear_x_[capacity], shear_y_[capacity], inverse_z_[capacity];
+    alignas(64) T slope_x_[capacity], slope_y_[capacity], inverse_z_[capacity];
     alignas(64) T t_[capacity], u_[capacity], v_[capacity];
     std::uint32_t primitive_[capacity];
 };

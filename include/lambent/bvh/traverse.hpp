@@ -73,7 +73,7 @@ struct SlabRay {
     static constexpr int width = node_width<T>;
     using Lanes = Pack<T, width>;
     using Constant = std::conditional_t<loads_spread<T>, T, Lanes>;
-    Constant scale[3], near_shift[3], far_shift[3], from;
+    Constant scale[4], near_shift[4], far_shift[4], from; // of x, y, z and nothing
     const PlaneOffsets* plane;
     T along; ///< t times this is a distance along the largest axis
 
@@ -100,10 +100,16 @@ struct SlabRay {
         const Four margin = multiply_add(Four(4 * u), abs(o), Four(tree.margin * u * reach)) * abs(s);
         const Four shift = -o * s, near = shift - margin, far = shift + margin;
         plane = &plane_offsets<T>[bits(s < Four(T(0))) & 7u];
-        for (int k = 0; k < 3; ++k) {
-            scale[k] = s[k];
-            near_shift[k] = near[k];
-            far_shift[k] = far[k];
+        if constexpr (loads_spread<T>) {
+            s.store(scale);
+            near.store(near_shift);
+            far.store(far_shift);
+        } else {
+            for (int k = 0; k < 3; ++k) {
+                scale[k] = s[k];
+                near_shift[k] = near[k];
+                far_shift[k] = far[k];
+            }
         }
         from = just_before<T>(T(ray.t_min * along));
         return true;
@@ -142,6 +148,7 @@ inline constexpr std::size_t max_stack = std::size_t(max_depth * (node_width<T> 
 template <int N>
 [[gnu::always_inline]] inline std::uint32_t foreseen(const std::uint32_t* values, int lane) {
     std::uint32_t r;
+    static_assert(N == 4 || N == 8);
     switch (lane) {
     case 0: r = values[0]; asm volatile("# 0" : "+r"(r)); return r;
     case 1: r = values[1]; asm volatile("# 1" : "+r"(r)); return r;
@@ -150,7 +157,8 @@ template <int N>
     case 4: r = values[4 % N]; asm volatile("# 4" : "+r"(r)); return r;
     case 5: r = values[5 % N]; asm volatile("# 5" : "+r"(r)); return r;
     case 6: r = values[6 % N]; asm volatile("# 6" : "+r"(r)); return r;
-    default: r = values[7 % N]; asm volatile("# 7" : "+r"(r)); return r;
+    case 7: r = values[7 % N]; asm volatile("# 7" : "+r"(r)); return r;
+    default: __builtin_unreachable();
     }
 }
 

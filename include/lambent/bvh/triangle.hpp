@@ -31,22 +31,23 @@ template <class T>
 struct ShearedRay {
     int kx, ky, kz; ///< where the frame's axes lie in ours
     T origin[4];    ///< by the frame's axes; the fourth lanes hold nothing
-    T slopes[4];    ///< direction[kx] / direction[kz], direction[ky] / direction[kz], 1 / direction[kz]
+    T slopes[4];    ///< -direction[kx] / direction[kz], -direction[ky] / direction[kz], 1 / direction[kz]
 
     ShearedRay() = default;
     [[gnu::always_inline]] explicit ShearedRay(const Ray<T>& ray) {
         using Four = Pack<T, 4>;
-        const Four o = typename Four::Vector{ray.origin.x, ray.origin.y, ray.origin.z, 1};
-        const Four d = typename Four::Vector{ray.direction.x, ray.direction.y, ray.direction.z, 1}, size = abs(d);
+        using Vector = typename Four::Vector;
+        const Four o = Vector{ray.origin.x, ray.origin.y, ray.origin.z, 0}; // as SlabRay sees them: made once
+        const Four d = Vector{ray.direction.x, ray.direction.y, ray.direction.z, 0}, size = abs(d);
         const T largest = std::max(size[0], std::max(size[1], size[2]));
         kz = std::countr_zero(bits(size >= Four(largest)) | 4u); // without branches: directions are hard to foresee
         static constexpr int axes[3][4] = {{1, 2, 0, 3}, {2, 0, 1, 3}, {0, 1, 2, 3}};
         kx = axes[kz][0];
         ky = axes[kz][1];
         permute(o, axes[kz]).store(origin);
-        const Four frame = permute(d, axes[kz]);
-        const Four over = typename Four::Vector(__builtin_shufflevector(frame.v, frame.v, 0, 1, 3, 3));
-        const Four under = typename Four::Vector(__builtin_shufflevector(frame.v, frame.v, 2, 2, 2, 2));
+        const Vector frame = permute(d, axes[kz]).v, ones = Vector{1, 1, 1, 1};
+        const Four over = Vector(__builtin_shufflevector(-frame, ones, 0, 1, 6, 7));
+        const Four under = Vector(__builtin_shufflevector(frame, frame, 2, 2, 2, 2));
         (over / under).store(slopes);
     }
 };
@@ -147,12 +148,12 @@ template <HitRules rules, int N, class T>
         }
     };
     const Lanes origin_x = ray.origin[0], origin_y = ray.origin[1], origin_z = ray.origin[2];
-    const Lanes shear_x = ray.slopes[0], shear_y = ray.slopes[1];
+    const Lanes slope_x = ray.slopes[0], slope_y = ray.slopes[1];
     Lanes x[3], y[3], z[3];
     for (int i = 0; i < 3; ++i) {
         z[i] = load(i, ray.kz) - origin_z;
-        x[i] = negated_multiply_add(shear_x, z[i], load(i, ray.kx) - origin_x);
-        y[i] = negated_multiply_add(shear_y, z[i], load(i, ray.ky) - origin_y);
+        x[i] = exact_multiply_add(slope_x, z[i], load(i, ray.kx) - origin_x);
+        y[i] = exact_multiply_add(slope_y, z[i], load(i, ray.ky) - origin_y);
     }
     return intersect_sheared<rules, T, N>(x, y, z, ray.slopes[2], t_min, t_max);
 }

@@ -292,16 +292,16 @@ template <class T, int N>
     }
 }
 
-/// c − a·b with the exact sign of the result, and an error of little more than one rounding.
+/// a·b + c with the exact sign of the result, and an error of little more than one rounding.
 template <class T, int N>
-[[gnu::always_inline]] inline Pack<T, N> negated_multiply_add(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
+[[gnu::always_inline]] inline Pack<T, N> exact_multiply_add(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c) {
     if constexpr (!LAMBENT_HAS_FMA && std::is_same_v<T, float>) {
         const auto product = opaque(convert<double>(a) * convert<double>(b)); // exact
-        return convert<float>(convert<double>(c) - product);
+        return convert<float>(product + convert<double>(c));
     } else if constexpr (!LAMBENT_HAS_FMA) {
-        return difference_of_products(c, Pack<T, N>(T(1)), a, b);
+        return difference_of_products(c, Pack<T, N>(T(1)), -a, b);
     } else {
-        return fma(-a, b, c);
+        return fma(a, b, c);
     }
 }
 
