@@ -25,9 +25,9 @@ public:
 
     Packet(const Tree& tree, const Accept& accept) : tree_(tree), accept_(accept) {}
 
-    /// Which way a ray goes: rays of one kind may share a packet. A ray that hits nothing has none.
-    static constexpr std::uint8_t no_kind = 0xff;
-    [[gnu::always_inline]] static std::uint8_t kind(const Ray<T>& ray) {
+    /// Which way a ray goes: rays of one kind, 0 to kinds - 1, may share a packet; `kinds` for a ray that hits nothing.
+    static constexpr int kinds = 24;
+    [[gnu::always_inline]] static int kind(const Ray<T>& ray) {
         using Bits = FloatBits<T>;
         const auto magnitude = [](T x) { return std::bit_cast<typename Bits::Type>(x) & ~Bits::sign; };
         const auto x = magnitude(ray.direction.x), y = magnitude(ray.direction.y), z = magnitude(ray.direction.z);
@@ -40,12 +40,12 @@ public:
         const bool bounded = magnitude(ray.t_min) <= Bits::exponent && magnitude(ray.t_max) <= Bits::exponent;
         const bool usable = bounded && o < Bits::exponent && largest < Bits::exponent &&
                             largest >= magnitude(std::numeric_limits<T>::min());
-        return usable ? std::uint8_t(signs | axis << 3) : no_kind;
+        return usable ? int(signs | axis << 3) : kinds;
     }
 
     /// Whether a few of the rays go so much the same way that it is worth looking at all.
     template <class RayOf>
-    static bool promising(const std::uint32_t* indices, int count, std::uint8_t kind, const RayOf& ray_of) {
+    static bool promising(const std::uint32_t* indices, int count, int kind, const RayOf& ray_of) {
         const int kz = kind >> 3;
         const auto component = [](const Vec3<T>& v, int k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; };
         const auto slope = [&](int i) {
@@ -62,7 +62,7 @@ public:
 
     /// Takes `count` rays of one kind; false, and nothing done, if they are too different for it to pay.
     template <class RayOf>
-    [[gnu::noinline]] bool gather(const std::uint32_t* indices, int count, std::uint8_t kind, const RayOf& ray_of) {
+    [[gnu::noinline]] bool gather(const std::uint32_t* indices, int count, int kind, const RayOf& ray_of) {
         kind_ = kind;
         groups_ = (count + lanes - 1) / lanes;
         for (int i = 0; i < groups_ * lanes; ++i) {
@@ -81,7 +81,7 @@ public:
 
     [[gnu::noinline]] void run() {
         using Lanes = Pack<T, width>;
-        const PlaneOffsets& plane = plane_offsets<T>[kind_ & 7u];
+        const PlaneOffsets& plane = plane_offsets<T>[std::size_t(kind_ & 7)];
         alignas(64) T distances[max_stack<T>];
         alignas(64) std::uint32_t children[max_stack<T>], parents[max_stack<T>];
         std::size_t top = 0;
@@ -194,7 +194,7 @@ private:
             const T o0 = smallest(least_o[k]), o1 = largest(most_o[k]);
             least_scale_[k] = smallest(least_s[k]);
             most_scale_[k] = largest(most_s[k]);
-            const bool negative = (kind_ >> k & 1u) != 0;
+            const bool negative = (kind_ >> k & 1) != 0;
             near_origin_[k] = negative ? o0 - pad : o1 + pad;
             far_origin_[k] = negative ? o1 + pad : o0 - pad;
             const T size = tree_.half_size[0] + tree_.half_size[1] + tree_.half_size[2];
@@ -285,8 +285,7 @@ private:
 
     const Tree& tree_;
     const Accept& accept_;
-    std::uint8_t kind_ = 0;
-    int kx_ = 0, ky_ = 0, kz_ = 0, groups_ = 0;
+    int kind_ = 0, kx_ = 0, ky_ = 0, kz_ = 0, groups_ = 0;
     T near_origin_[3], far_origin_[3], least_scale_[3], most_scale_[3], from_, limit_;
     alignas(64) T origin_[3][capacity], direction_[3][capacity], t_min_[capacity];
     alignas(64) T scale_[3][capacity], near_shift_[3][capacity], far_shift_[3][capacity];
