@@ -202,8 +202,9 @@ private:
         }
         return spread <= widest;
     }
-    /// Beyond such a spread of slopes the intervals hold too much.
-    static constexpr T widest = T(0.25);
+    /// Beyond such a spread of slopes the intervals hold too much. Any-hit rays have to be the closer together, since
+    /// all of a packet go on until the last has hit.
+    static constexpr T widest = query == Query::any ? T(0.0625) : T(0.25);
 
     static T largest(Rays a) {
         T x = a[0];
