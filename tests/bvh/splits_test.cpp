@@ -88,8 +88,8 @@ TEST_CASE_TEMPLATE("With cut triangles nearest and any hits equal brute force, t
     };
     const Case cases[] = {{blades<T>(3000, 1), none},
                           {mapped<T>(blades<T>(3000, 2), 1, far), far},
-                          {slivers<T>(600, 3), none},
-                          {mapped<T>(slivers<T>(600, 4), 1, far), far},
+                          {slivers<T>(2000, 3), none},
+                          {mapped<T>(slivers<T>(2000, 4), 1, far), far},
                           {degenerate<T>(600, 5), none},
                           {sphere<T>(14, 9, 0.3, 6), none}};
     std::size_t rays = 0, hits = 0, different = 0;
