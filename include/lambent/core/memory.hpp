@@ -12,7 +12,7 @@ inline namespace LAMBENT_ABI {
 
 /// Asks the system for large pages where an array is worth some: data that rays reach in no order then misses the
 /// processor's page table less often. Where the system has none, memory is what it would have been.
-/// measured  2 MiB pages made rays through a 16 MB tree 10 to 20 % faster
+/// measured  2 MiB pages made bounces 2 % faster in a tree of 18 MB, and 7 % in one of 56 MB
 template <class T>
 struct LargePageAllocator {
     using value_type = T;
