@@ -37,8 +37,9 @@ public:
 
 private:
     using Bundle = Packet<query, T, Accept>;
-    static constexpr std::size_t chunk = 64, most_skipped = 15;
+    static constexpr std::size_t chunk = Bundle::capacity, most_skipped = 15;
     static constexpr int fewest = 12; // rays that make a packet worthwhile
+    static_assert(chunk == 64); // a bit each
 
     /// Chunks in which nothing goes the same way are followed by more of their like: fewer and fewer are looked at.
     void run_in_packets(std::size_t count) {

@@ -212,7 +212,8 @@ void for_each_within(const BasicBvh<T, Leaves>& bvh, const Vec3<T>& p, std::type
             const detail::BlockPoints<T> found = detail::closest_points(block, p);
             for (unsigned near = bits(found.squared_distance <= Pack<T, 4>(limit)); near != 0; near &= near - 1) {
                 const int lane = std::countr_zero(near);
-                if ((block.primitive[lane] & detail::hidden_bit) != 0 || !(std::sqrt(found.squared_distance[lane]) <= radius))
+                if ((block.primitive[lane] & detail::hidden_bit) != 0 ||
+                    !(std::sqrt(found.squared_distance[lane]) <= radius))
                     continue;
                 if (!once.first(block.primitive[lane])) continue;
                 if (!detail::goes_on(f, detail::closest_point_of(block, lane, found))) return false;

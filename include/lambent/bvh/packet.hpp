@@ -34,7 +34,9 @@ public:
         const auto o = std::max(magnitude(ray.origin.x), std::max(magnitude(ray.origin.y), magnitude(ray.origin.z)));
         const auto largest = std::max(x, std::max(y, z));
         const unsigned axis = unsigned(std::countr_zero(unsigned(x == largest) | unsigned(y == largest) << 1 | 4u));
-        const auto negative = [](T v) { return unsigned(std::bit_cast<typename Bits::Type>(v) >> (8 * sizeof(T) - 1)); };
+        const auto negative = [](T v) {
+            return unsigned(std::bit_cast<typename Bits::Type>(v) >> (8 * sizeof(T) - 1));
+        };
         const Vec3<T>& d = ray.direction;
         const unsigned signs = negative(d.x) | negative(d.y) << 1 | negative(d.z) << 2;
         const bool bounded = magnitude(ray.t_min) <= Bits::exponent && magnitude(ray.t_max) <= Bits::exponent;

@@ -103,7 +103,8 @@ struct SavedTree {
         tree.primitives = h.primitives;
         tree.dropped = h.dropped;
         if (h.nodes > 0)
-            tree.set_bounds({{T(h.bounds[0]), T(h.bounds[1]), T(h.bounds[2])}, {T(h.bounds[3]), T(h.bounds[4]), T(h.bounds[5])}});
+            tree.set_bounds({{T(h.bounds[0]), T(h.bounds[1]), T(h.bounds[2])},
+                             {T(h.bounds[3]), T(h.bounds[4]), T(h.bounds[5])}});
         check_nodes(tree);
         check_blocks(tree, h.count);
         bvh.set_leaves(std::move(leaves));

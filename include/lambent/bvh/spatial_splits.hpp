@@ -32,7 +32,9 @@ public:
     SpatialSplits(const Set& set, const PackBox<T>& box) : set_(&set), scene_area_(box.half_area()) {}
 
     /// Places for n references and what is made of them; no more than 2^30, so that depths stay bounded as they are.
-    static std::uint32_t room(std::uint32_t n) { return std::uint32_t(std::min<std::uint64_t>(n + n / 2ull, 1u << 30)); }
+    static std::uint32_t room(std::uint32_t n) {
+        return std::uint32_t(std::min<std::uint64_t>(n + n / 2ull, 1u << 30));
+    }
 
     /// Where a plane in space is cheaper than `cost`, moves the references [begin, end) to the two ends of [to,
     /// to_end) and fills in the halves; else returns false with the halves as they were.
@@ -260,8 +262,10 @@ private:
                 cut(corners(*r), box, plane.axis, position, parts);
                 const T area[2] = {sides[0].half_area(), sides[1].half_area()};
                 const T both = area[0] * blocks(count[0]) + area[1] * blocks(count[1]);
-                const T only_left = united(sides[0], box).half_area() * blocks(count[0]) + area[1] * blocks(count[1] - 1);
-                const T only_right = area[0] * blocks(count[0] - 1) + united(sides[1], box).half_area() * blocks(count[1]);
+                const T only_left =
+                    united(sides[0], box).half_area() * blocks(count[0]) + area[1] * blocks(count[1] - 1);
+                const T only_right =
+                    area[0] * blocks(count[0] - 1) + united(sides[1], box).half_area() * blocks(count[1]);
                 if (parts[1].empty() || (only_left <= both && only_left <= only_right)) {
                     sides[0].add(box);
                     count[1] -= 1;

@@ -101,8 +101,9 @@ struct BlockHit {
 /// source  Woop, Benthin, Wald, JCGT 2:1 (2013). We differ: the sign is exact by an fma-faithful difference
 ///         of products, where theirs holds only if the compiler fuses nothing.
 template <HitRules rules, class T, int N>
-[[gnu::always_inline]] inline BlockHit<T, N> intersect_sheared(const Pack<T, N>* x, const Pack<T, N>* y, const Pack<T, N>* z,
-                                                               Pack<T, N> inverse_z, Pack<T, N> t_min, Pack<T, N> t_max) {
+[[gnu::always_inline]] inline BlockHit<T, N> intersect_sheared(const Pack<T, N>* x, const Pack<T, N>* y,
+                                                               const Pack<T, N>* z, Pack<T, N> inverse_z,
+                                                               Pack<T, N> t_min, Pack<T, N> t_max) {
     using Lanes = Pack<T, N>;
     const Lanes w0 = difference_of_products(x[2], y[1], y[2], x[1]);
     const Lanes w1 = difference_of_products(x[0], y[2], y[0], x[2]);
@@ -137,8 +138,8 @@ template <HitRules rules, class T, int N>
 /// One ray and, with N = 4, the triangles of a block; with N = 8 those of two, with as many instructions as one where
 /// registers are that wide.
 template <HitRules rules, int N, class T>
-[[gnu::always_inline]] inline BlockHit<T, N> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>* blocks, T t_min,
-                                                       T t_max) {
+[[gnu::always_inline]] inline BlockHit<T, N> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>* blocks,
+                                                       T t_min, T t_max) {
     using Lanes = Pack<T, N>;
     const auto load = [blocks](int i, int axis) {
         if constexpr (N == 4) {

@@ -277,7 +277,8 @@ inline Pack<T, N> opaque(Pack<T, N> a) {
 
 /// a·b − c·d with the exact sign: see the scalar function of this name in core/numerics.hpp.
 template <class T, int N>
-[[gnu::always_inline]] inline Pack<T, N> difference_of_products(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c, Pack<T, N> d) {
+[[gnu::always_inline]] inline Pack<T, N> difference_of_products(Pack<T, N> a, Pack<T, N> b, Pack<T, N> c,
+                                                               Pack<T, N> d) {
     if constexpr (!LAMBENT_HAS_FMA && std::is_same_v<T, float>) {
         const auto ab = opaque(convert<double>(a) * convert<double>(b));
         const auto cd = opaque(convert<double>(c) * convert<double>(d));
