@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/core/parallel.hpp>
 #include <lambent/denoise/bilateral_weights.hpp>
+#include <lambent/film/region.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <vector>
@@ -14,124 +15,152 @@ enum class LineDirection { rows, columns };
 enum class WeightUse { once, twice }; ///< twice: the weight of a pair serves both of its pixels
 
 /// A register's width of neighbouring lines, side by side: lane l of pack i is pixel i of line l. So all taps
-/// are aligned loads, and a line's result does not depend on how wide a register is.
+/// are aligned loads, and a line's result does not depend on how wide a register is. Holds as much of the lines at a
+/// time as stays in the second cache.
 template <class T>
 class LineStrip {
 public:
     using P = FeaturePack<T>;
 
     /// `kernel` has an odd size.
-    LineStrip(int length, const std::vector<T>& kernel, const FeatureList<T>& features)
-        : features_(features), kernel_(kernel), length_(length), radius_(int(kernel.size()) / 2),
-          packs_(int(spread_stride(length * int(sizeof(P))) / int(sizeof(P)))),
-          stride_(std::ptrdiff_t(packs_) * P::width), planes_(std::size_t((5 + features.channels()) * packs_)),
-          weights_(std::size_t((radius_ + 1) * radius_) + kernel.size()) {}
+    LineStrip(const std::vector<T>& kernel, const FeatureList<T>& features)
+        : kernel_(kernel), channels_(features.channels()), radius_(int(kernel.size()) / 2), step_(std::max(128, 2 * radius_)),
+          capacity_(step_ + 2 * radius_ + 1), pair_(features, radius_ + 1), planes_(plane_stride<T>(capacity_)),
+          memory_(std::size_t(PackedPixels<T>::planes(features) + 4) * planes_, T(0)),
+          pixels_{memory_.data() + 4 * planes_, std::ptrdiff_t(planes_)}, sums_{memory_.data(), std::ptrdiff_t(planes_)} {}
 
-    T* values() { return lanes(0); }             ///< 4 channels, each `stride()` further on
-    T* usable() { return lanes(4 * packs_); }   ///< whether a pixel's features are finite
-    T* features() { return lanes(5 * packs_); } ///< as FeatureList::import writes them
-    std::ptrdiff_t stride() const { return stride_; }
-
-    /// Calls store(i, sums) for every pack of pixels i.
-    template <class Store>
-    void filter(WeightUse use, Store&& store) {
-        if (use == WeightUse::once) filter_each(store);
-        else filter_pairs(store);
+    /// Filters pixels [first, last) with taps from [tap_first, tap_last). import(pixels, i, count) writes `count` pixels
+    /// from i on of all lines; store(i, sum, usable) takes the sums of pixel i.
+    template <class Import, class Store>
+    void filter(WeightUse use, int first, int last, int tap_first, int tap_last, Import&& import, Store&& store) {
+        const bool twice = use == WeightUse::twice;
+        // With `twice`, pixels before the first give to it though their own sums are not wanted.
+        const int start = twice ? std::max(tap_first, first - radius_) : first;
+        base_ = imported_ = std::max(tap_first, start - (twice ? 0 : radius_));
+        std::fill_n(memory_.begin(), 4 * planes_, T(0));
+        for (int from = start; from < last; from += step_) {
+            const int to = std::min(last, from + step_);
+            forget(std::max(base_, from - (twice ? 0 : radius_)));
+            const int needed = std::min(tap_last, to + radius_);
+            if (needed > imported_) {
+                import(PackedPixels<T>{pixels_.values(imported_ - base_), pixels_.stride}, imported_, needed - imported_);
+                pixels_.drop_non_finite(channels_, imported_ - base_, needed - base_);
+                imported_ = needed;
+            }
+            for (int i = from; i < to; i += 2)
+                if (twice) filter_pairs(i, std::min(i + 2, to), first, tap_last, store);
+                else filter_each(i, std::min(i + 2, to), tap_first, tap_last, store);
+        }
     }
 
 private:
-    T* lanes(int pack) { return reinterpret_cast<T*>(planes_.data() + pack); }
-
-    void weigh(int center, int first, const T* spatial, int count, P* weights) {
-        bilateral_weights(features_, features() + center * P::width, features() + first * P::width, P::width,
-                          stride_, spatial, count, weights);
+    /// Moves the pixels from `first` on to the front.
+    void forget(int first) {
+        if (first == base_) return;
+        const std::ptrdiff_t by = std::ptrdiff_t(first - base_) * P::width, kept = std::ptrdiff_t(imported_ - first) * P::width;
+        for (T* plane = memory_.data(); plane != memory_.data() + memory_.size(); plane += planes_) {
+            std::copy(plane + by, plane + by + kept, plane);
+            if (plane < pixels_.data) std::fill(plane + kept, plane + planes_, T(0));
+        }
+        base_ = first;
     }
-    WeightedSum<T> center(int i) {
-        WeightedSum<T> sum;
-        sum.add(P(kernel_[std::size_t(radius_)]), values() + i * P::width, stride_);
+
+    WeightedSum<T> center(int i, WeightedSum<T> sum = {}) const {
+        sum.add(P(kernel_[std::size_t(radius_)]), pixels_.value(i - base_));
         return sum;
     }
-
-    template <class Store>
-    void filter_each(Store&& store) {
-        for (int i = 0; i < length_; ++i) {
-            WeightedSum<T> sum = center(i);
-            const auto add = [&](int first, int count) {
-                weigh(i, first, kernel_.data() + radius_ + (first - i), count, weights_.data());
-                for (int k = 0; k < count; ++k)
-                    sum.add(weights_[std::size_t(k)], values() + (first + k) * P::width, stride_);
-            };
-            const int first = std::max(0, i - radius_);
-            add(first, i - first);
-            add(i + 1, std::min(length_ - 1, i + radius_) - i);
-            store(i, sum);
-        }
+    /// Weighs the taps [a_first, a_last) of pixel a, and [b_first, b_last) of a + 1.
+    void weigh(int a, int a_first, int a_last, int b_first, int b_last) {
+        pair_.weigh(pixels_, a - base_, pixels_, {a_first - base_, a_last - base_, b_first - base_, b_last - base_},
+                    kernel_.data() + radius_ + (a_first - a), kernel_.data() + radius_ + (b_first - a - 1));
     }
 
-    /// Pixel i weighs its neighbours after it and finds those before it in a ring of the last radius + 1
-    /// pixels' weights. Nothing is scattered: every pixel's sums are its own, taken in one fixed order.
+    /// Pixels a and, if it is before `end`, a + 1: all their neighbours.
     template <class Store>
-    void filter_pairs(Store&& store) {
-        const int slots = radius_ + 1;
-        for (int i = 0; i < length_; ++i) {
-            WeightedSum<T> sum = center(i);
-            P* const ours = weights_.data() + (i % slots) * radius_;
-            const int after = std::min(radius_, length_ - 1 - i), before = std::min(radius_, i);
-            weigh(i, i + 1, kernel_.data() + radius_ + 1, after, ours);
-            for (int k = 0; k < after; ++k) sum.add(ours[k], values() + (i + 1 + k) * P::width, stride_);
-            for (int k = 1; k <= before; ++k)
-                sum.add(weights_[std::size_t((i - k) % slots * radius_ + k - 1)], values() + (i - k) * P::width, stride_);
-            store(i, sum);
-        }
+    void filter_each(int a, int end, int tap_first, int tap_last, Store&& store) {
+        const int b = a + 1;
+        const bool both = b < end;
+        WeightedSum<T> sum_a, sum_b;
+        const int left_a = std::max(tap_first, a - radius_), left_b = both ? std::max(tap_first, b - radius_) : a;
+        weigh(a, left_a, a, left_b, both ? b : a);
+        pair_.gather(pixels_, sum_a, sum_b);
+        sum_a = center(a, sum_a);
+        if (both) sum_b = center(b, sum_b);
+        const int right_a = std::min(tap_last, a + radius_ + 1);
+        weigh(a, a + 1, right_a, both ? b + 1 : right_a, both ? std::min(tap_last, b + radius_ + 1) : right_a);
+        pair_.gather(pixels_, sum_a, sum_b);
+        store(a, sum_a, pixels_.usable(a - base_));
+        if (both) store(b, sum_b, pixels_.usable(b - base_));
     }
 
-    const FeatureList<T>& features_;
+    /// Pixels a and a + 1 weigh their neighbours after them, take from these and give to them. Those before have given
+    /// already, in the order in which filter_each takes: both give the same bits.
+    template <class Store>
+    void filter_pairs(int a, int end, int first, int tap_last, Store&& store) {
+        const int b = a + 1;
+        const bool both = b < end;
+        const int after_a = std::min(tap_last, a + radius_ + 1), from_a = std::min(after_a, std::max(b, first));
+        const int after_b = both ? std::min(tap_last, b + radius_ + 1) : after_a;
+        const int from_b = both ? std::min(after_b, std::max(b + 1, first)) : after_a;
+        weigh(a, from_a, after_a, from_b, after_b);
+        pair_.scatter(pixels_, a - base_, sums_);
+        WeightedSum<T> sum_a = center(a, sums_.value(a - base_)), sum_b;
+        if (both) sum_b = center(b, sums_.value(b - base_));
+        pair_.gather(pixels_, sum_a, sum_b);
+        if (a >= first) store(a, sum_a, pixels_.usable(a - base_));
+        if (both && b >= first) store(b, sum_b, pixels_.usable(b - base_));
+    }
+
     const std::vector<T>& kernel_;
-    int length_, radius_, packs_;
-    std::ptrdiff_t stride_;
-    std::vector<P> planes_, weights_;
+    int channels_, radius_, step_, capacity_;
+    PairOfPacks<T> pair_;
+    std::ptrdiff_t planes_;
+    LargeArray<T> memory_; ///< the sums' planes, then the pixels'
+    PackedPixels<T> pixels_, sums_;
+    int base_ = 0, imported_ = 0; ///< the pixel at the front, and the one after the last
 };
 
-/// Filters all lines of a width × height image. load(x, y) gives the homogeneous pixel;
-/// store(x, y, sums, usable) takes the weighted sums, once a pixel, with `usable` false where a feature is not
-/// finite. Threads own whole lines, so nothing is shared and any number of them gives the same bits.
+/// Filters `window` of a width × height image along its lines. load(x, y) gives the homogeneous pixel;
+/// store(x, y, mean, filtered) takes the mean, see store_means. Threads own whole lines, so nothing is shared and any
+/// number of them gives the same bits.
 template <class T, Executor E, class Load, class Store>
-void filter_lines(LineDirection direction, WeightUse use, int width, int height, const std::vector<T>& kernel,
-                  const FeatureList<T>& features, E& executor, Load&& load, Store&& store) {
+void filter_lines(LineDirection direction, WeightUse use, int width, int height, const PixelWindow& window,
+                  const std::vector<T>& kernel, const FeatureList<T>& features, E& executor, Load&& load, Store&& store) {
     using P = FeaturePack<T>;
     const bool rows = direction == LineDirection::rows;
-    const int lines = rows ? height : width, length = rows ? width : height;
+    const int line_begin = rows ? window.y0 : window.x0, lines = rows ? window.height() : window.width();
+    const int first = rows ? window.x0 : window.y0, last = rows ? window.x1 : window.y1;
+    const int radius = int(kernel.size()) / 2;
+    const int tap_first = std::max(0, first - radius), tap_last = std::min(rows ? width : height, last + radius);
     const int strips = (lines + P::width - 1) / P::width;
     executor.parallel_for(std::size_t(strips), std::size_t((64 + P::width - 1) / P::width),
                           [&](std::size_t begin, std::size_t end) {
-        LineStrip<T> strip(length, kernel, features);
+        LineStrip<T> strip(kernel, features);
         for (std::size_t index = begin; index < end; ++index) {
-            const int first = int(index) * P::width, count = std::min(P::width, lines - first);
-            const auto put = [&](int x, int y, std::ptrdiff_t at) {
-                Homogeneous<T> value = load(x, y);
-                if (strip.usable()[at] == 0) value = {};
-                for (std::size_t c = 0; c < 4; ++c) strip.values()[std::ptrdiff_t(c) * strip.stride() + at] = value[c];
+            const int line = line_begin + int(index) * P::width, count = std::min(P::width, line_begin + lines - line);
+            const auto put = [&](const PackedPixels<T>& to, int x, int y, int at) {
+                const Homogeneous<T> value = load(x, y);
+                for (std::size_t c = 0; c < 4; ++c) to.values(0)[std::ptrdiff_t(c) * to.stride + at] = value[c];
             };
-            constexpr int block = 32; // pixels of all lines before the next ones, so that they meet in the cache
-            if (rows)
-                for (int from = 0; from < length; from += block)
-                    for (int l = 0; l < count; ++l) {
-                        const int to = std::min(length, from + block), at = from * P::width + l;
-                        features.import(from, first + l, to - from, strip.features() + at, P::width, strip.stride(),
-                                        strip.usable() + at);
-                        for (int i = from; i < to; ++i) put(i, first + l, i * P::width + l);
+            const auto import = [&](const PackedPixels<T>& to, int i, int pixels) {
+                constexpr int block = 32; // pixels of all lines before the next ones, so that they meet in the cache
+                if (rows)
+                    for (int from = 0; from < pixels; from += block)
+                        for (int l = 0; l < count; ++l) {
+                            const int run = std::min(block, pixels - from);
+                            features.import(i + from, line + l, run, to.features(from) + l, P::width, to.stride);
+                            for (int k = from; k < from + run; ++k) put(to, i + k, line + l, k * P::width + l);
+                        }
+                else
+                    for (int k = 0; k < pixels; ++k) {
+                        features.import(line, i + k, count, to.features(k), 1, to.stride);
+                        for (int l = 0; l < count; ++l) put(to, line + l, i + k, k * P::width + l);
                     }
-            else
-                for (int i = 0; i < length; ++i) {
-                    features.import(first, i, count, strip.features() + i * P::width, 1, strip.stride(),
-                                    strip.usable() + i * P::width);
-                    for (int l = 0; l < count; ++l) put(first + l, i, i * P::width + l);
-                }
-            strip.filter(use, [&](int i, const WeightedSum<T>& sum) {
-                for (int l = 0; l < count; ++l)
-                    store(rows ? i : first + l, rows ? first + l : i,
-                          Homogeneous<T>{sum.channel[0][l], sum.channel[1][l], sum.channel[2][l], sum.channel[3][l]},
-                          strip.usable()[i * P::width + l] != 0);
+            };
+            strip.filter(use, first, last, tap_first, tap_last, import, [&](int i, const WeightedSum<T>& sum, const T* usable) {
+                store_means(sum, usable, count, [&](int l, const Vec3<T>& mean, bool filtered) {
+                    store(rows ? i : line + l, rows ? line + l : i, mean, filtered);
+                });
             });
         }
     });

@@ -1,10 +1,14 @@
 #pragma once
 #include <lambent/core/exp.hpp>
+#include <lambent/core/memory.hpp>
 #include <lambent/denoise/feature.hpp>
 #include <array>
 #include <cstddef>
+#include <vector>
 
-/// What the four forms of the cross-bilateral filter share: pixels in homogeneous form and runs of weights.
+/// What the four forms of the cross-bilateral filter share: packs of pixels, and the weights of two packs at a time.
+/// Weights are made in short runs that stay in the first cache: one loop a feature, one for the exponential, one to
+/// sum. A processor's registers hold both packs' numbers for one feature, not for all of them.
 namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
@@ -14,14 +18,15 @@ namespace detail {
 template <class T>
 using Homogeneous = std::array<T, 4>;
 
-template <class T>
-Homogeneous<T> homogeneous(const Vec3<T>& rgb, bool usable) {
-    return usable ? Homogeneous<T>{rgb.x, rgb.y, rgb.z, T(1)} : Homogeneous<T>{};
-}
-
 /// A stride of at least `bytes` that keeps the planes of a pixel apart in a cache: at a multiple of 4096 bytes
 /// they would all fall into the same few lines.
 constexpr std::ptrdiff_t spread_stride(std::ptrdiff_t bytes) { return (bytes + 4095) / 4096 * 4096 + 640; }
+
+/// The stride, in elements, between the planes of `packs` packs.
+template <class T>
+constexpr std::ptrdiff_t plane_stride(int packs) {
+    return spread_stride(packs * std::ptrdiff_t(sizeof(FeaturePack<T>))) / std::ptrdiff_t(sizeof(T));
+}
 
 /// Running sums of weight · homogeneous pixel, a pack of pixels wide.
 template <class T>
@@ -29,26 +34,128 @@ struct WeightedSum {
     using P = FeaturePack<T>;
     P channel[4] = {P(T(0)), P(T(0)), P(T(0)), P(T(0))};
 
-    void add(P weight, const T* value, std::ptrdiff_t channel_stride) {
-        for (int c = 0; c < 4; ++c)
-            channel[c] = multiply_add(weight, P::load(value + c * channel_stride), channel[c]);
+    static WeightedSum load(const T* from, std::ptrdiff_t stride) {
+        WeightedSum sum;
+        for (int c = 0; c < 4; ++c) sum.channel[c] = P::load(from + c * stride);
+        return sum;
     }
-    void add(P factor, const WeightedSum& other) {
-        for (int c = 0; c < 4; ++c) channel[c] = multiply_add(factor, other.channel[c], channel[c]);
+    void store(T* to, std::ptrdiff_t stride) const {
+        for (int c = 0; c < 4; ++c) channel[c].store(to + c * stride);
+    }
+    [[gnu::always_inline]] void add(P weight, const WeightedSum& value) {
+        for (int c = 0; c < 4; ++c) channel[c] = multiply_add(weight, value.channel[c], channel[c]);
     }
 };
 
-/// weights[i] = spatial[i] · exp(-½ distance²) of the pack at `center` and the one at taps + i · step.
+/// Packs of pixels one after the other, each of their numbers in a plane of its own.
 template <class T>
-void bilateral_weights(const FeatureList<T>& features, const T* center, const T* taps, std::ptrdiff_t step,
-                       std::ptrdiff_t channel_stride, const T* spatial, int count, FeaturePack<T>* weights) {
+struct PackedPixels {
     using P = FeaturePack<T>;
-    if (features.empty()) {
-        for (int i = 0; i < count; ++i) weights[i] = P(spatial[i]);
-        return;
+    T* data;
+    std::ptrdiff_t stride; ///< from plane to plane
+
+    static int planes(const FeatureList<T>& features) { return 5 + features.channels(); }
+    T* values(int i) const { return data + i * P::width; }                ///< 4 channels
+    T* usable(int i) const { return data + 4 * stride + i * P::width; }   ///< 1 or 0: whether all features are finite
+    T* features(int i) const { return data + 5 * stride + i * P::width; } ///< as FeatureList::import writes them
+    WeightedSum<T> value(int i) const { return WeightedSum<T>::load(values(i), stride); }
+
+    /// Sets `usable` of packs [first, last); empties pixels that are not.
+    void drop_non_finite(int channels, int first, int last) const {
+        for (int i = first; i < last; ++i) {
+            auto finite = is_finite(P(T(0)));
+            for (int c = 0; c < channels; ++c) finite = finite & is_finite(P::load(features(i) + c * stride));
+            select(finite, P(T(1)), P(T(0))).store(usable(i));
+            if (all(finite)) continue;
+            for (int c = 0; c < 5 + channels; ++c)
+                if (T* const plane = values(i) + c * stride; c != 4) select(finite, P::load(plane), P(T(0))).store(plane);
+        }
     }
-    features.distances(center, taps, step, channel_stride, count, weights);
-    for (int i = 0; i < count; ++i) weights[i] = P(spatial[i]) * exp_of_negative(weights[i] * P(T(-0.5)));
+};
+
+/// Weighs the taps of two packs, a and the one after it, and sums them.
+template <class T>
+class PairOfPacks {
+public:
+    using P = FeaturePack<T>;
+
+    /// `taps`: the most that one pack weighs at once.
+    PairOfPacks(const FeatureList<T>& features, int taps)
+        : features_(features), weights_a_(std::size_t(taps)), weights_b_(std::size_t(taps)) {}
+
+    /// The weights spatial · exp(-½ distance²) of packs a and a + 1 of `pixels` with the taps of `runs`; spatial_a[k] is
+    /// that of a's k-th tap.
+    void weigh(const PackedPixels<T>& pixels, int a, const PackedPixels<T>& taps, const TapRuns& runs,
+               const T* spatial_a, const T* spatial_b) {
+        runs_ = runs;
+        const int count_a = runs.a_last - runs.a_first, count_b = runs.b_last - runs.b_first;
+        if (features_.empty()) {
+            for (int k = 0; k < count_a; ++k) weights_a_[std::size_t(k)] = P(spatial_a[k]);
+            for (int k = 0; k < count_b; ++k) weights_b_[std::size_t(k)] = P(spatial_b[k]);
+            return;
+        }
+        features_.distances(pixels.features(a), pixels.features(a + 1), taps.features(0), pixels.stride, runs,
+                            weights_a_.data(), weights_b_.data());
+        to_weights(weights_a_.data(), spatial_a, count_a);
+        to_weights(weights_b_.data(), spatial_b, count_b);
+    }
+
+    /// sum_a += the weighted taps of a, in rising order; likewise b.
+    void gather(const PackedPixels<T>& taps, WeightedSum<T>& sum_a, WeightedSum<T>& sum_b) const {
+        const P* const weight_a = weights_a_.data() - runs_.a_first;
+        const P* const weight_b = weights_b_.data() - runs_.b_first;
+        WeightedSum<T> a = sum_a, b = sum_b;
+        runs_.for_each([&](int t) { a.add(weight_a[t], taps.value(t)); },
+                       [&](int t) {
+                           const WeightedSum<T> value = taps.value(t);
+                           a.add(weight_a[t], value);
+                           b.add(weight_b[t], value);
+                       },
+                       [&](int t) { b.add(weight_b[t], taps.value(t)); });
+        sum_a = a;
+        sum_b = b;
+    }
+
+    /// sums[t] += what a and b give to their taps t, a first; `sums` has 4 planes.
+    void scatter(const PackedPixels<T>& pixels, int a, const PackedPixels<T>& sums) const {
+        const P* const weight_a = weights_a_.data() - runs_.a_first;
+        const P* const weight_b = weights_b_.data() - runs_.b_first;
+        const WeightedSum<T> value_a = pixels.value(a), value_b = pixels.value(a + 1);
+        const auto give = [&](int t, auto&& add) {
+            WeightedSum<T> sum = sums.value(t);
+            add(sum);
+            sum.store(sums.values(t), sums.stride);
+        };
+        runs_.for_each([&](int t) { give(t, [&](auto& sum) { sum.add(weight_a[t], value_a); }); },
+                       [&](int t) {
+                           give(t, [&](auto& sum) {
+                               sum.add(weight_a[t], value_a);
+                               sum.add(weight_b[t], value_b);
+                           });
+                       },
+                       [&](int t) { give(t, [&](auto& sum) { sum.add(weight_b[t], value_b); }); });
+    }
+
+private:
+    static void to_weights(P* distances, const T* spatial, int count) {
+        for (int k = 0; k < count; ++k) distances[k] = P(spatial[k]) * gaussian(distances[k]);
+    }
+
+    const FeatureList<T>& features_;
+    TapRuns runs_{};
+    std::vector<P, LargePageAllocator<P>> weights_a_, weights_b_;
+};
+
+/// Writes a pack's means: store(lane, rgb, filtered) for `count` lanes, `filtered` false where nothing usable was in
+/// reach and where the pixel's own features are not finite.
+template <class T, class Store>
+void store_means(const WeightedSum<T>& sum, const T* usable, int count, Store&& store) {
+    using P = FeaturePack<T>;
+    T mean[4][std::size_t(P::width)];
+    for (int c = 0; c < 3; ++c) (sum.channel[c] / sum.channel[3]).store(mean[c]);
+    sum.channel[3].store(mean[3]);
+    for (int l = 0; l < count; ++l)
+        store(l, Vec3<T>(mean[0][l], mean[1][l], mean[2][l]), usable[l] != 0 && mean[3][l] > 0);
 }
 
 } // namespace detail

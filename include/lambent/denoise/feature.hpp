@@ -2,6 +2,7 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/simd.hpp>
 #include <lambent/film/pixel_view.hpp>
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -35,51 +36,69 @@ concept PixelFeature = requires(const F& feature, const FeaturePack<typename F::
 };
 
 namespace detail {
+/// The taps that two packs of pixels, a and the b after it, weigh: [a_first, a_last) and [b_first, b_last), where
+/// neither of b's ends comes before a's. Most taps are both packs': these are loaded once.
+struct TapRuns {
+    int a_first, a_last, b_first, b_last;
+
+    /// Calls a(t), both(t) or b(t) for every tap t in rising order.
+    template <class A, class Both, class B>
+    [[gnu::always_inline]] void for_each(A&& a, Both&& both, B&& b) const {
+        for (int t = a_first; t < std::min(b_first, a_last); ++t) a(t);
+        for (int t = b_first; t < a_last; ++t) both(t);
+        for (int t = std::max(a_last, b_first); t < b_last; ++t) b(t);
+    }
+};
+
 /// A feature behind function pointers that work on runs of pixels, so that the filters are compiled once for
 /// any choice of features, and one that is not active costs nothing.
 template <class T>
 struct AnyFeature {
     using P = FeaturePack<T>;
 
-    /// Writes the numbers of pixels (x .. x + count, y): channel c of pixel i to
-    /// out[c · channel_stride + i · step]; multiplies usable[i · step] by 0 where one is not finite.
+    /// Writes the numbers of pixels (x .. x + count, y): channel c of pixel i to out[c · channel_stride + i · step].
     void (*import)(const void* feature, int x, int y, int count, T* out, std::ptrdiff_t step,
-                   std::ptrdiff_t channel_stride, T* usable);
-    /// distances[i] = or += distance2 of the pack at `center` and that at taps + i · step, i < count.
-    using Distances = void (*)(const void* feature, const T* center, const T* taps, std::ptrdiff_t step,
-                               std::ptrdiff_t channel_stride, int count, P* distances);
+                   std::ptrdiff_t channel_stride);
+    /// to_a[t - a_first] = or += distance2 of the pack at `a` and that at taps + t · width, for a's taps t; likewise b.
+    using Distances = void (*)(const void* feature, const T* a, const T* b, const T* taps, std::ptrdiff_t channel_stride,
+                               const TapRuns& runs, P* to_a, P* to_b);
     Distances set, add;
     const void* feature;
     int channels;
 };
 
 template <class F, bool Add>
-void feature_distances(const void* erased, const typename F::Scalar* center, const typename F::Scalar* taps,
-                       std::ptrdiff_t step, std::ptrdiff_t channel_stride, int count,
-                       FeaturePack<typename F::Scalar>* distances) {
+void feature_distances(const void* erased, const typename F::Scalar* at_a, const typename F::Scalar* at_b,
+                       const typename F::Scalar* taps, std::ptrdiff_t channel_stride, const TapRuns& runs,
+                       FeaturePack<typename F::Scalar>* to_a, FeaturePack<typename F::Scalar>* to_b) {
     using P = FeaturePack<typename F::Scalar>;
-    const F feature = *static_cast<const F*>(erased); // a copy, which stores to `distances` cannot alias
-    P a[F::channels], b[F::channels];
-    for (int c = 0; c < F::channels; ++c) a[c] = P::load(center + c * channel_stride);
-    for (int i = 0; i < count; ++i, taps += step) {
-        for (int c = 0; c < F::channels; ++c) b[c] = P::load(taps + c * channel_stride);
-        const P distance = feature.distance2(a, b);
-        distances[i] = Add ? distances[i] + distance : distance;
+    const F feature = *static_cast<const F*>(erased); // a copy, which stores of distances cannot alias
+    P a[F::channels], b[F::channels], tap[F::channels];
+    for (int c = 0; c < F::channels; ++c) {
+        a[c] = P::load(at_a + c * channel_stride);
+        b[c] = P::load(at_b + c * channel_stride);
     }
+    to_a -= runs.a_first;
+    to_b -= runs.b_first;
+    const auto load = [&](int t) {
+        for (int c = 0; c < F::channels; ++c) tap[c] = P::load(taps + t * P::width + c * channel_stride);
+    };
+    const auto put = [&](const P* pixel, P& to) {
+        const P distance = feature.distance2(pixel, tap);
+        to = Add ? to + distance : distance;
+    };
+    runs.for_each([&](int t) { load(t), put(a, to_a[t]); },
+                  [&](int t) { load(t), put(a, to_a[t]), put(b, to_b[t]); },
+                  [&](int t) { load(t), put(b, to_b[t]); });
 }
 
 template <class F>
 void feature_import(const void* erased, int x, int y, int count, typename F::Scalar* out, std::ptrdiff_t step,
-                    std::ptrdiff_t channel_stride, typename F::Scalar* usable) {
-    using T = typename F::Scalar;
+                    std::ptrdiff_t channel_stride) {
     const F feature = *static_cast<const F*>(erased);
     for (int i = 0; i < count; ++i) {
-        const std::array<T, std::size_t(F::channels)> numbers = feature.prepare(x + i, y);
-        bool finite = true;
-        for (const T number : numbers) finite = finite && is_finite(number);
-        for (std::size_t c = 0; c < numbers.size(); ++c)
-            out[std::ptrdiff_t(c) * channel_stride + i * step] = finite ? numbers[c] : T(0);
-        if (!finite) usable[i * step] = 0;
+        const std::array<typename F::Scalar, std::size_t(F::channels)> numbers = feature.prepare(x + i, y);
+        for (std::size_t c = 0; c < numbers.size(); ++c) out[std::ptrdiff_t(c) * channel_stride + i * step] = numbers[c];
     }
 }
 
@@ -107,24 +126,21 @@ public:
     int channels() const { return channels_; }
     bool empty() const { return features_.empty(); }
 
-    /// All features of a run of pixels, one after the other; `usable` is set to 1 or 0.
-    void import(int x, int y, int count, T* out, std::ptrdiff_t step, std::ptrdiff_t channel_stride, T* usable) const {
-        for (int i = 0; i < count; ++i) usable[i * step] = 1;
+    /// All features of a run of pixels, one after the other: see AnyFeature::import.
+    void import(int x, int y, int count, T* out, std::ptrdiff_t step, std::ptrdiff_t channel_stride) const {
         for (const auto& f : features_) {
-            f.import(f.feature, x, y, count, out, step, channel_stride, usable);
+            f.import(f.feature, x, y, count, out, step, channel_stride);
             out += f.channels * channel_stride;
         }
     }
 
-    /// Sums of the squared distances of one pack of pixels to `count` packs of taps. Not for an empty list.
-    void distances(const T* center, const T* taps, std::ptrdiff_t step, std::ptrdiff_t channel_stride, int count,
-                   FeaturePack<T>* out) const {
-        bool first = true;
+    /// Sums of the squared distances: see AnyFeature::Distances. Not for an empty list.
+    void distances(const T* a, const T* b, const T* taps, std::ptrdiff_t channel_stride, const TapRuns& runs,
+                   FeaturePack<T>* to_a, FeaturePack<T>* to_b) const {
+        std::ptrdiff_t offset = 0;
         for (const auto& f : features_) {
-            (first ? f.set : f.add)(f.feature, center, taps, step, channel_stride, count, out);
-            center += f.channels * channel_stride;
-            taps += f.channels * channel_stride;
-            first = false;
+            (offset == 0 ? f.set : f.add)(f.feature, a + offset, b + offset, taps + offset, channel_stride, runs, to_a, to_b);
+            offset += f.channels * channel_stride;
         }
     }
 
