@@ -14,46 +14,59 @@ namespace detail {
 enum class LineDirection { rows, columns };
 enum class WeightUse { once, twice }; ///< twice: the weight of a pair serves both of its pixels
 
+/// What of a line is filtered, and which of its pixels are taps.
+struct LineRange {
+    int first, last, tap_first, tap_last;
+};
+
 /// A register's width of neighbouring lines, side by side: lane l of pack i is pixel i of line l. So all taps
-/// are aligned loads, and a line's result does not depend on how wide a register is. Holds as much of the lines at a
-/// time as stays in the second cache.
+/// are aligned loads, and a line's result does not depend on how wide a register is. Holds the part of the lines that is
+/// being filtered, with what it reaches.
 template <class T>
 class LineStrip {
 public:
     using P = FeaturePack<T>;
 
     /// `kernel` has an odd size.
-    LineStrip(const std::vector<T>& kernel, const FeatureList<T>& features)
-        : kernel_(kernel), channels_(features.channels()), radius_(int(kernel.size()) / 2), step_(std::max(128, 2 * radius_)),
-          capacity_(step_ + 2 * radius_ + 1), pair_(features, radius_ + 1), planes_(plane_stride<T>(capacity_)),
-          memory_(std::size_t(PackedPixels<T>::planes(features) + 4) * planes_, T(0)),
-          pixels_{memory_.data() + 4 * planes_, std::ptrdiff_t(planes_)}, sums_{memory_.data(), std::ptrdiff_t(planes_)} {}
+    LineStrip(WeightUse use, const LineRange& range, const std::vector<T>& kernel, const FeatureList<T>& features)
+        : use_(use), range_(range), kernel_(kernel), channels_(features.channels()), radius_(int(kernel.size()) / 2),
+          pair_(features, radius_ + 1), planes_(plane_stride<T>(step() + 2 * radius_ + 1)),
+          memory_(std::size_t(PackedPixels<T>::planes(features) + 4) * std::size_t(planes_), T(0)),
+          pixels_{memory_.data() + 4 * planes_, planes_}, sums_{memory_.data(), planes_} {
+        restart();
+    }
 
-    /// Filters pixels [first, last) with taps from [tap_first, tap_last). import(pixels, i, count) writes `count` pixels
-    /// from i on of all lines; store(i, sum, usable) takes the sums of pixel i.
-    template <class Import, class Store>
-    void filter(WeightUse use, int first, int last, int tap_first, int tap_last, Import&& import, Store&& store) {
-        const bool twice = use == WeightUse::twice;
-        // With `twice`, pixels before the first give to it though their own sums are not wanted.
-        const int start = twice ? std::max(tap_first, first - radius_) : first;
-        base_ = imported_ = std::max(tap_first, start - (twice ? 0 : radius_));
+    /// Where to start: with `twice`, pixels before the first give to it though their own sums are not wanted.
+    int start() const { return twice() ? std::max(range_.tap_first, range_.first - radius_) : range_.first; }
+    int step() const { return std::max(64, 2 * radius_); } ///< the most pixels that filter() takes at once; even
+
+    void restart() {
+        base_ = imported_ = std::max(range_.tap_first, start() - behind());
         std::fill_n(memory_.begin(), 4 * planes_, T(0));
-        for (int from = start; from < last; from += step_) {
-            const int to = std::min(last, from + step_);
-            forget(std::max(base_, from - (twice ? 0 : radius_)));
-            const int needed = std::min(tap_last, to + radius_);
-            if (needed > imported_) {
-                import(PackedPixels<T>{pixels_.values(imported_ - base_), pixels_.stride}, imported_, needed - imported_);
-                pixels_.drop_non_finite(channels_, imported_ - base_, needed - base_);
-                imported_ = needed;
-            }
-            for (int i = from; i < to; i += 2)
-                if (twice) filter_pairs(i, std::min(i + 2, to), first, tap_last, store);
-                else filter_each(i, std::min(i + 2, to), tap_first, tap_last, store);
-        }
+    }
+    /// The pixels that have to be written to pixels(i) before `filter(from, to)`: [imported(), the result).
+    int make_room(int from, int to) {
+        forget(std::max(base_, from - behind()));
+        return std::max(imported_, std::min(range_.tap_last, to + radius_));
+    }
+    int imported() const { return imported_; }
+    PackedPixels<T> pixels(int i) const { return {pixels_.values(i - base_), planes_}; }
+
+    /// Filters pixels [from, to), those after the last ones, whose taps lie before `imported`. store(i, sum, usable)
+    /// takes the sums of pixel i.
+    template <class Store>
+    void filter(int from, int to, int imported, Store&& store) {
+        pixels_.drop_non_finite(channels_, imported_ - base_, imported - base_);
+        imported_ = imported;
+        for (int i = from; i < to; i += 2)
+            if (twice()) filter_pairs(i, std::min(i + 2, to), store);
+            else filter_each(i, std::min(i + 2, to), store);
     }
 
 private:
+    bool twice() const { return use_ == WeightUse::twice; }
+    int behind() const { return twice() ? 0 : radius_; } ///< how many pixels back a pixel looks
+
     /// Moves the pixels from `first` on to the front.
     void forget(int first) {
         if (first == base_) return;
@@ -77,7 +90,8 @@ private:
 
     /// Pixels a and, if it is before `end`, a + 1: all their neighbours.
     template <class Store>
-    void filter_each(int a, int end, int tap_first, int tap_last, Store&& store) {
+    void filter_each(int a, int end, Store&& store) {
+        const int tap_first = range_.tap_first, tap_last = range_.tap_last;
         const int b = a + 1;
         const bool both = b < end;
         WeightedSum<T> sum_a, sum_b;
@@ -96,7 +110,8 @@ private:
     /// Pixels a and a + 1 weigh their neighbours after them, take from these and give to them. Those before have given
     /// already, in the order in which filter_each takes: both give the same bits.
     template <class Store>
-    void filter_pairs(int a, int end, int first, int tap_last, Store&& store) {
+    void filter_pairs(int a, int end, Store&& store) {
+        const int first = range_.first, tap_last = range_.tap_last;
         const int b = a + 1;
         const bool both = b < end;
         const int after_a = std::min(tap_last, a + radius_ + 1), from_a = std::min(after_a, std::max(b, first));
@@ -111,11 +126,13 @@ private:
         if (both && b >= first) store(b, sum_b, pixels_.usable(b - base_));
     }
 
+    WeightUse use_;
+    LineRange range_;
     const std::vector<T>& kernel_;
-    int channels_, radius_, step_, capacity_;
+    int channels_, radius_;
     PairOfPacks<T> pair_;
-    std::ptrdiff_t planes_;
-    LargeArray<T> memory_; ///< the sums' planes, then the pixels'
+    std::ptrdiff_t planes_; ///< from plane to plane
+    LargeArray<T> memory_;  ///< the sums' planes, then the pixels'
     PackedPixels<T> pixels_, sums_;
     int base_ = 0, imported_ = 0; ///< the pixel at the front, and the one after the last
 };
@@ -132,36 +149,48 @@ void filter_lines(LineDirection direction, WeightUse use, int width, int height,
     const int first = rows ? window.x0 : window.y0, last = rows ? window.x1 : window.y1;
     const int radius = int(kernel.size()) / 2;
     const int tap_first = std::max(0, first - radius), tap_last = std::min(rows ? width : height, last + radius);
-    const int strips = (lines + P::width - 1) / P::width;
-    executor.parallel_for(std::size_t(strips), std::size_t((64 + P::width - 1) / P::width),
+    const LineRange range{first, last, tap_first, tap_last};
+    // Strips side by side go on together: their pixels share cache lines and pages.
+    constexpr int together = std::max(1, 32 / P::width);
+    executor.parallel_for(std::size_t((lines + P::width - 1) / P::width), std::size_t(together),
                           [&](std::size_t begin, std::size_t end) {
-        LineStrip<T> strip(kernel, features);
-        for (std::size_t index = begin; index < end; ++index) {
-            const int line = line_begin + int(index) * P::width, count = std::min(P::width, line_begin + lines - line);
-            const auto put = [&](const PackedPixels<T>& to, int x, int y, int at) {
-                const Homogeneous<T> value = load(x, y);
-                for (std::size_t c = 0; c < 4; ++c) to.values(0)[std::ptrdiff_t(c) * to.stride + at] = value[c];
-            };
-            const auto import = [&](const PackedPixels<T>& to, int i, int pixels) {
-                constexpr int block = 32; // pixels of all lines before the next ones, so that they meet in the cache
-                if (rows)
-                    for (int from = 0; from < pixels; from += block)
-                        for (int l = 0; l < count; ++l) {
-                            const int run = std::min(block, pixels - from);
-                            features.import(i + from, line + l, run, to.features(from) + l, P::width, to.stride);
-                            for (int k = from; k < from + run; ++k) put(to, i + k, line + l, k * P::width + l);
+        std::vector<LineStrip<T>> strips;
+        strips.reserve(end - begin); // they hold pointers into themselves
+        for (std::size_t i = begin; i < end; ++i) strips.emplace_back(use, range, kernel, features);
+        const auto line_of = [&](std::size_t strip) { return line_begin + int(begin + strip) * P::width; };
+        const auto count_of = [&](std::size_t strip) { return std::min(P::width, line_begin + lines - line_of(strip)); };
+        const auto put = [&](const PackedPixels<T>& to, int x, int y, int at) {
+            const Homogeneous<T> value = load(x, y);
+            for (std::size_t c = 0; c < 4; ++c) to.values(0)[std::ptrdiff_t(c) * to.stride + at] = value[c];
+        };
+        const int step = strips[0].step();
+        for (int from = strips[0].start(); from < last; from += step) {
+            const int to = std::min(last, from + step), imported = strips[0].imported();
+            int needed = imported;
+            for (auto& strip : strips) needed = strip.make_room(from, to);
+            constexpr int block = 32; // pixels of all lines before the next ones, so that they meet in the cache
+            if (rows)
+                for (int x = imported; x < needed; x += block)
+                    for (std::size_t s = 0; s < strips.size(); ++s)
+                        for (int l = 0; l < count_of(s); ++l) {
+                            const int y = line_of(s) + l, run = std::min(block, needed - x);
+                            const PackedPixels<T> pixels = strips[s].pixels(x);
+                            features.import(x, y, run, {block, 0}, pixels.features(0) + l, P::width, pixels.stride);
+                            for (int i = 0; i < run; ++i) put(pixels, x + i, y, i * P::width + l);
                         }
-                else
-                    for (int k = 0; k < pixels; ++k) {
-                        features.import(line, i + k, count, to.features(k), 1, to.stride);
-                        for (int l = 0; l < count; ++l) put(to, line + l, i + k, k * P::width + l);
+            else
+                for (int y = imported; y < needed; ++y)
+                    for (std::size_t s = 0; s < strips.size(); ++s) {
+                        const PackedPixels<T> pixels = strips[s].pixels(y);
+                        features.import(line_of(s), y, count_of(s), {0, 8}, pixels.features(0), 1, pixels.stride);
+                        for (int l = 0; l < count_of(s); ++l) put(pixels, line_of(s) + l, y, l);
                     }
-            };
-            strip.filter(use, first, last, tap_first, tap_last, import, [&](int i, const WeightedSum<T>& sum, const T* usable) {
-                store_means(sum, usable, count, [&](int l, const Vec3<T>& mean, bool filtered) {
-                    store(rows ? i : line + l, rows ? line + l : i, mean, filtered);
+            for (std::size_t s = 0; s < strips.size(); ++s)
+                strips[s].filter(from, to, needed, [&](int i, const WeightedSum<T>& sum, const T* usable) {
+                    store_means(sum, usable, count_of(s), [&](int l, const Vec3<T>& mean, bool filtered) {
+                        store(rows ? i : line_of(s) + l, rows ? line_of(s) + l : i, mean, filtered);
+                    });
                 });
-            });
         }
     });
 }

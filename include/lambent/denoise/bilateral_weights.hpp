@@ -105,13 +105,15 @@ public:
         const P* const weight_a = weights_a_.data() - runs_.a_first;
         const P* const weight_b = weights_b_.data() - runs_.b_first;
         WeightedSum<T> a = sum_a, b = sum_b;
-        runs_.for_each([&](int t) { a.add(weight_a[t], taps.value(t)); },
-                       [&](int t) {
-                           const WeightedSum<T> value = taps.value(t);
-                           a.add(weight_a[t], value);
-                           b.add(weight_b[t], value);
-                       },
-                       [&](int t) { b.add(weight_b[t], taps.value(t)); });
+        const std::ptrdiff_t stride = taps.stride;
+        const auto take = [&, first = taps.values(0)](int t, auto&& add) {
+            for (int c = 0; c < 4; ++c) add(P::load(first + t * P::width + c * stride), c);
+        };
+        const auto to_a = [&](int t, P value, int c) { a.channel[c] = multiply_add(weight_a[t], value, a.channel[c]); };
+        const auto to_b = [&](int t, P value, int c) { b.channel[c] = multiply_add(weight_b[t], value, b.channel[c]); };
+        runs_.for_each([&](int t) { take(t, [&](P value, int c) { to_a(t, value, c); }); },
+                       [&](int t) { take(t, [&](P value, int c) { to_a(t, value, c), to_b(t, value, c); }); },
+                       [&](int t) { take(t, [&](P value, int c) { to_b(t, value, c); }); });
         sum_a = a;
         sum_b = b;
     }
@@ -121,19 +123,18 @@ public:
         const P* const weight_a = weights_a_.data() - runs_.a_first;
         const P* const weight_b = weights_b_.data() - runs_.b_first;
         const WeightedSum<T> value_a = pixels.value(a), value_b = pixels.value(a + 1);
-        const auto give = [&](int t, auto&& add) {
-            WeightedSum<T> sum = sums.value(t);
-            add(sum);
-            sum.store(sums.values(t), sums.stride);
+        const std::ptrdiff_t stride = sums.stride;
+        const auto give = [&, first = sums.values(0)](int t, auto&& added) {
+            for (int c = 0; c < 4; ++c) {
+                T* const sum = first + t * P::width + c * stride;
+                added(P::load(sum), c).store(sum);
+            }
         };
-        runs_.for_each([&](int t) { give(t, [&](auto& sum) { sum.add(weight_a[t], value_a); }); },
-                       [&](int t) {
-                           give(t, [&](auto& sum) {
-                               sum.add(weight_a[t], value_a);
-                               sum.add(weight_b[t], value_b);
-                           });
-                       },
-                       [&](int t) { give(t, [&](auto& sum) { sum.add(weight_b[t], value_b); }); });
+        const auto from_a = [&](int t, P sum, int c) { return multiply_add(weight_a[t], value_a.channel[c], sum); };
+        const auto from_b = [&](int t, P sum, int c) { return multiply_add(weight_b[t], value_b.channel[c], sum); };
+        runs_.for_each([&](int t) { give(t, [&](P sum, int c) { return from_a(t, sum, c); }); },
+                       [&](int t) { give(t, [&](P sum, int c) { return from_b(t, from_a(t, sum, c), c); }); },
+                       [&](int t) { give(t, [&](P sum, int c) { return from_b(t, sum, c); }); });
     }
 
 private:

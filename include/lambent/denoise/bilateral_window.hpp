@@ -37,7 +37,7 @@ public:
                     const int x0 = std::max(0, from), x1 = std::min(width, from + packs());
                     if (x0 >= x1) continue;
                     const PackedPixels<T> to = row(y);
-                    features_.import(x0, y, x1 - x0, to.features(x0 - from) + l, P::width, stride_);
+                    features_.import(x0, y, x1 - x0, {32, 0}, to.features(x0 - from) + l, P::width, stride_);
                     for (int x = x0; x < x1; ++x) {
                         const Homogeneous<T> value = load(x, y);
                         for (std::size_t c = 0; c < 4; ++c)

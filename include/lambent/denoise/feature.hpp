@@ -24,6 +24,7 @@ using FeaturePack = Pack<T, native_width<T>>; ///< as many pixels at once as a r
 ///   active()          false: it tells nothing apart (no plane, a constant plane, sigma infinite), leave it out
 ///   prepare(x, y)     the numbers of one pixel, best in units of sigma; a pixel where one is not finite is
 ///                     neither filtered nor used
+///   prefetch(x, y)    optional: asks for the memory that prepare will read; any x and y
 ///   distance2(a, b)   squared distance in sigmas of pixels with the numbers a[0..channels) and b, many at
 ///                     once: symmetric, >= 0; the weight is exp(-½ · the sum over features)
 template <class F>
@@ -50,6 +51,11 @@ struct TapRuns {
     }
 };
 
+/// An offset in pixels.
+struct Ahead {
+    int x, y;
+};
+
 /// A feature behind function pointers that work on runs of pixels, so that the filters are compiled once for
 /// any choice of features, and one that is not active costs nothing.
 template <class T>
@@ -57,7 +63,8 @@ struct AnyFeature {
     using P = FeaturePack<T>;
 
     /// Writes the numbers of pixels (x .. x + count, y): channel c of pixel i to out[c · channel_stride + i · step].
-    void (*import)(const void* feature, int x, int y, int count, T* out, std::ptrdiff_t step,
+    /// `ahead`: how far away the pixels are that are wanted a little later.
+    void (*import)(const void* feature, int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step,
                    std::ptrdiff_t channel_stride);
     /// to_a[t - a_first] = or += distance2 of the pack at `a` and that at taps + t · width, for a's taps t; likewise b.
     using Distances = void (*)(const void* feature, const T* a, const T* b, const T* taps, std::ptrdiff_t channel_stride,
@@ -93,10 +100,11 @@ void feature_distances(const void* erased, const typename F::Scalar* at_a, const
 }
 
 template <class F>
-void feature_import(const void* erased, int x, int y, int count, typename F::Scalar* out, std::ptrdiff_t step,
-                    std::ptrdiff_t channel_stride) {
+void feature_import(const void* erased, int x, int y, int count, Ahead ahead, typename F::Scalar* out,
+                    std::ptrdiff_t step, std::ptrdiff_t channel_stride) {
     const F feature = *static_cast<const F*>(erased);
     for (int i = 0; i < count; ++i) {
+        if constexpr (requires { feature.prefetch(x, y); }) feature.prefetch(x + i + ahead.x, y + ahead.y);
         const std::array<typename F::Scalar, std::size_t(F::channels)> numbers = feature.prepare(x + i, y);
         for (std::size_t c = 0; c < numbers.size(); ++c) out[std::ptrdiff_t(c) * channel_stride + i * step] = numbers[c];
     }
@@ -127,9 +135,9 @@ public:
     bool empty() const { return features_.empty(); }
 
     /// All features of a run of pixels, one after the other: see AnyFeature::import.
-    void import(int x, int y, int count, T* out, std::ptrdiff_t step, std::ptrdiff_t channel_stride) const {
+    void import(int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step, std::ptrdiff_t channel_stride) const {
         for (const auto& f : features_) {
-            f.import(f.feature, x, y, count, out, step, channel_stride);
+            f.import(f.feature, x, y, count, ahead, out, step, channel_stride);
             out += f.channels * channel_stride;
         }
     }

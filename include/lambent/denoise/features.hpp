@@ -57,6 +57,7 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
+    void prefetch(int x, int y) const { plane_.prefetch(x, y); }
     std::array<T, 3> prepare(int x, int y) const { return detail::scaled(plane_.load(x, y), scale_); }
     template <class P>
     P distance2(const P* a, const P* b) const {
@@ -84,6 +85,7 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
+    void prefetch(int x, int y) const { plane_.prefetch(x, y); }
     std::array<T, 1> prepare(int x, int y) const { return {plane_.load(x, y) * scale_}; }
     template <class P>
     P distance2(const P* a, const P* b) const {
@@ -118,6 +120,10 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
+    void prefetch(int x, int y) const {
+        plane_.prefetch(x, y);
+        deviation_.prefetch(x, y);
+    }
     std::array<T, 4> prepare(int x, int y) const {
         const auto v = detail::scaled(plane_.load(x, y), scale_);
         const T d = deviation_.load(x, y);
@@ -157,6 +163,11 @@ public:
     int width() const { return position_.width(); }
     int height() const { return position_.height(); }
     bool active() const { return active_; }
+    void prefetch(int x, int y) const {
+        position_.prefetch(x, y);
+        normal_.prefetch(x, y);
+        footprint_.prefetch(x, y);
+    }
     std::array<T, 7> prepare(int x, int y) const {
         const Vec3<T> p = position_.load(x, y), n = normal_.load(x, y) * scale_;
         const T f = footprint_.load(x, y);
@@ -192,6 +203,7 @@ public:
     int width() const { return normal_.width(); }
     int height() const { return normal_.height(); }
     bool active() const { return active_; }
+    void prefetch(int x, int y) const { normal_.prefetch(x, y); }
     std::array<T, 3> prepare(int x, int y) const { return detail::scaled(normal_.load(x, y), scale_); }
     template <class P>
     P distance2(const P* a, const P* b) const {
@@ -221,6 +233,7 @@ public:
     int width() const { return normal_.width(); }
     int height() const { return normal_.height(); }
     bool active() const { return active_; }
+    void prefetch(int x, int y) const { normal_.prefetch(x, y); }
     std::array<T, 3> prepare(int x, int y) const {
         const Vec3<T> n = normal_.load(x, y);
         const T length2 = dot(n, n);
@@ -267,6 +280,7 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
+    void prefetch(int x, int y) const { plane_.prefetch(x, y); }
     std::array<T, 1> prepare(int x, int y) const { return {plane_.load(x, y)}; }
     template <class P>
     P distance2(const P* a, const P* b) const {
