@@ -137,12 +137,13 @@ private:
     int base_ = 0, imported_ = 0; ///< the pixel at the front, and the one after the last
 };
 
-/// Filters `window` of a width × height image along its lines. load(x, y) gives the homogeneous pixel;
-/// store(x, y, mean, filtered) takes the mean, see store_means. Threads own whole lines, so nothing is shared and any
+/// Filters `window` of a width × height image along its lines. load(x, y) gives the homogeneous pixel, prefetch(x, y) asks
+/// for one that is wanted later; store(x, y, mean, filtered) takes the mean, see store_means. Threads own whole lines, so nothing is shared and any
 /// number of them gives the same bits.
-template <class T, Executor E, class Load, class Store>
+template <class T, Executor E, class Load, class Prefetch, class Store>
 void filter_lines(LineDirection direction, WeightUse use, int width, int height, const PixelWindow& window,
-                  const std::vector<T>& kernel, const FeatureList<T>& features, E& executor, Load&& load, Store&& store) {
+                  const std::vector<T>& kernel, const FeatureList<T>& features, E& executor, Load&& load, Prefetch&& prefetch,
+                  Store&& store) {
     using P = FeaturePack<T>;
     const bool rows = direction == LineDirection::rows;
     const int line_begin = rows ? window.y0 : window.x0, lines = rows ? window.height() : window.width();
@@ -159,9 +160,14 @@ void filter_lines(LineDirection direction, WeightUse use, int width, int height,
         for (std::size_t i = begin; i < end; ++i) strips.emplace_back(use, range, kernel, features);
         const auto line_of = [&](std::size_t strip) { return line_begin + int(begin + strip) * P::width; };
         const auto count_of = [&](std::size_t strip) { return std::min(P::width, line_begin + lines - line_of(strip)); };
-        const auto put = [&](const PackedPixels<T>& to, int x, int y, int at) {
-            const Homogeneous<T> value = load(x, y);
-            for (std::size_t c = 0; c < 4; ++c) to.values(0)[std::ptrdiff_t(c) * to.stride + at] = value[c];
+        const auto import = [&](int x, int y, int count, Ahead ahead, const PackedPixels<T>& to, int lane, int step) {
+            features.import(x, y, count, ahead, to.features(0) + lane, step, to.stride);
+            for (int i = 0; i < count; ++i) {
+                if (i % prefetch_every == 0) prefetch(x + i + ahead.x, y + ahead.y);
+                const Homogeneous<T> value = load(x + i, y);
+                for (std::size_t c = 0; c < 4; ++c)
+                    to.values(0)[std::ptrdiff_t(c) * to.stride + lane + i * step] = value[c];
+            }
         };
         const int step = strips[0].step();
         for (int from = strips[0].start(); from < last; from += step) {
@@ -172,19 +178,12 @@ void filter_lines(LineDirection direction, WeightUse use, int width, int height,
             if (rows)
                 for (int x = imported; x < needed; x += block)
                     for (std::size_t s = 0; s < strips.size(); ++s)
-                        for (int l = 0; l < count_of(s); ++l) {
-                            const int y = line_of(s) + l, run = std::min(block, needed - x);
-                            const PackedPixels<T> pixels = strips[s].pixels(x);
-                            features.import(x, y, run, {block, 0}, pixels.features(0) + l, P::width, pixels.stride);
-                            for (int i = 0; i < run; ++i) put(pixels, x + i, y, i * P::width + l);
-                        }
+                        for (int l = 0; l < count_of(s); ++l)
+                            import(x, line_of(s) + l, std::min(block, needed - x), {block, 0}, strips[s].pixels(x), l, P::width);
             else
                 for (int y = imported; y < needed; ++y)
-                    for (std::size_t s = 0; s < strips.size(); ++s) {
-                        const PackedPixels<T> pixels = strips[s].pixels(y);
-                        features.import(line_of(s), y, count_of(s), {0, 8}, pixels.features(0), 1, pixels.stride);
-                        for (int l = 0; l < count_of(s); ++l) put(pixels, line_of(s) + l, y, l);
-                    }
+                    for (std::size_t s = 0; s < strips.size(); ++s)
+                        import(line_of(s), y, count_of(s), {0, 16}, strips[s].pixels(y), 0, 1);
             for (std::size_t s = 0; s < strips.size(); ++s)
                 strips[s].filter(from, to, needed, [&](int i, const WeightedSum<T>& sum, const T* usable) {
                     store_means(sum, usable, count_of(s), [&](int l, const Vec3<T>& mean, bool filtered) {

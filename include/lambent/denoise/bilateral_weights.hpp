@@ -18,14 +18,12 @@ namespace detail {
 template <class T>
 using Homogeneous = std::array<T, 4>;
 
-/// A stride of at least `bytes` that keeps the planes of a pixel apart in a cache: at a multiple of 4096 bytes
-/// they would all fall into the same few lines.
-constexpr std::ptrdiff_t spread_stride(std::ptrdiff_t bytes) { return (bytes + 4095) / 4096 * 4096 + 640; }
-
-/// The stride, in elements, between the planes of `packs` packs.
+/// The stride, in elements, between planes of `packs` packs: 640 bytes off a multiple of 4096, so that the planes of a
+/// pixel stay apart in a cache. At a multiple they would all fall into the same few lines.
 template <class T>
 constexpr std::ptrdiff_t plane_stride(int packs) {
-    return spread_stride(packs * std::ptrdiff_t(sizeof(FeaturePack<T>))) / std::ptrdiff_t(sizeof(T));
+    const std::ptrdiff_t bytes = packs * std::ptrdiff_t(sizeof(FeaturePack<T>));
+    return ((bytes - 640 + 4095) / 4096 * 4096 + 640) / std::ptrdiff_t(sizeof(T));
 }
 
 /// Running sums of weight · homogeneous pixel, a pack of pixels wide.

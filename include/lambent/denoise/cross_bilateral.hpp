@@ -144,6 +144,7 @@ void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& 
     Plane<T, 4> first(width, height);
     const auto rows = first.view();
     detail::filter_lines(LineDirection::rows, use, width, height, first_window, kernel, with_light, executor, load,
+                         [&](int x, int y) { image.prefetch(x, y); },
                          [&](int x, int y, const Vec3<T>& mean, bool filtered) {
                              rows.store(x, y, {filtered ? mean : guide.load(x, y), filtered ? T(1) : T(0)});
                          });
@@ -156,6 +157,10 @@ void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& 
         [&](int x, int y) {
             const Vec4<T> v = rows.load(x, y);
             return detail::Homogeneous<T>{v.x * v.w, v.y * v.w, v.z * v.w, v.w};
+        },
+        [&](int x, int y) {
+            rows.prefetch(x, y);
+            out.prefetch(x, y);
         },
         store);
 }

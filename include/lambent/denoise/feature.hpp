@@ -24,7 +24,8 @@ using FeaturePack = Pack<T, native_width<T>>; ///< as many pixels at once as a r
 ///   active()          false: it tells nothing apart (no plane, a constant plane, sigma infinite), leave it out
 ///   prepare(x, y)     the numbers of one pixel, best in units of sigma; a pixel where one is not finite is
 ///                     neither filtered nor used
-///   prefetch(x, y)    optional: asks for the memory that prepare will read; any x and y
+///   prefetch(x, y)    optional: asks for the memory that prepare will read, at any x and y; always_inline, else gcc
+///                     takes it for a function without effect
 ///   distance2(a, b)   squared distance in sigmas of pixels with the numbers a[0..channels) and b, many at
 ///                     once: symmetric, >= 0; the weight is exp(-½ · the sum over features)
 template <class F>
@@ -55,6 +56,7 @@ struct TapRuns {
 struct Ahead {
     int x, y;
 };
+inline constexpr int prefetch_every = 4; ///< pixels: these share a cache line, or nearly
 
 /// A feature behind function pointers that work on runs of pixels, so that the filters are compiled once for
 /// any choice of features, and one that is not active costs nothing.
@@ -104,7 +106,8 @@ void feature_import(const void* erased, int x, int y, int count, Ahead ahead, ty
                     std::ptrdiff_t step, std::ptrdiff_t channel_stride) {
     const F feature = *static_cast<const F*>(erased);
     for (int i = 0; i < count; ++i) {
-        if constexpr (requires { feature.prefetch(x, y); }) feature.prefetch(x + i + ahead.x, y + ahead.y);
+        if constexpr (requires { feature.prefetch(x, y); })
+            if (i % prefetch_every == 0) feature.prefetch(x + i + ahead.x, y + ahead.y);
         const std::array<typename F::Scalar, std::size_t(F::channels)> numbers = feature.prepare(x + i, y);
         for (std::size_t c = 0; c < numbers.size(); ++c) out[std::ptrdiff_t(c) * channel_stride + i * step] = numbers[c];
     }

@@ -57,7 +57,7 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
-    void prefetch(int x, int y) const { plane_.prefetch(x, y); }
+    [[gnu::always_inline]] void prefetch(int x, int y) const { plane_.prefetch(x, y); }
     std::array<T, 3> prepare(int x, int y) const { return detail::scaled(plane_.load(x, y), scale_); }
     template <class P>
     P distance2(const P* a, const P* b) const {
@@ -85,7 +85,7 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
-    void prefetch(int x, int y) const { plane_.prefetch(x, y); }
+    [[gnu::always_inline]] void prefetch(int x, int y) const { plane_.prefetch(x, y); }
     std::array<T, 1> prepare(int x, int y) const { return {plane_.load(x, y) * scale_}; }
     template <class P>
     P distance2(const P* a, const P* b) const {
@@ -120,7 +120,7 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
-    void prefetch(int x, int y) const {
+    [[gnu::always_inline]] void prefetch(int x, int y) const {
         plane_.prefetch(x, y);
         deviation_.prefetch(x, y);
     }
@@ -163,7 +163,7 @@ public:
     int width() const { return position_.width(); }
     int height() const { return position_.height(); }
     bool active() const { return active_; }
-    void prefetch(int x, int y) const {
+    [[gnu::always_inline]] void prefetch(int x, int y) const {
         position_.prefetch(x, y);
         normal_.prefetch(x, y);
         footprint_.prefetch(x, y);
@@ -203,7 +203,7 @@ public:
     int width() const { return normal_.width(); }
     int height() const { return normal_.height(); }
     bool active() const { return active_; }
-    void prefetch(int x, int y) const { normal_.prefetch(x, y); }
+    [[gnu::always_inline]] void prefetch(int x, int y) const { normal_.prefetch(x, y); }
     std::array<T, 3> prepare(int x, int y) const { return detail::scaled(normal_.load(x, y), scale_); }
     template <class P>
     P distance2(const P* a, const P* b) const {
@@ -233,7 +233,7 @@ public:
     int width() const { return normal_.width(); }
     int height() const { return normal_.height(); }
     bool active() const { return active_; }
-    void prefetch(int x, int y) const { normal_.prefetch(x, y); }
+    [[gnu::always_inline]] void prefetch(int x, int y) const { normal_.prefetch(x, y); }
     std::array<T, 3> prepare(int x, int y) const {
         const Vec3<T> n = normal_.load(x, y);
         const T length2 = dot(n, n);
@@ -280,7 +280,7 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
-    void prefetch(int x, int y) const { plane_.prefetch(x, y); }
+    [[gnu::always_inline]] void prefetch(int x, int y) const { plane_.prefetch(x, y); }
     std::array<T, 1> prepare(int x, int y) const { return {plane_.load(x, y)}; }
     template <class P>
     P distance2(const P* a, const P* b) const {
