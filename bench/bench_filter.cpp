@@ -99,11 +99,11 @@ double weights_of(BilateralForm form, int width, int height, int kernel) {
 }
 
 /// Operations of a lane a weight, an fma counted once, as the loops of feature.hpp, features.hpp, exp.hpp and
-/// bilateral_weights.hpp have them: position 3 - and 3 * or fma, normal 3 fma, -, fma, material ==, and, +, illumination
-/// 3 -, 3 * or fma, +; exponential min, 2 fma, -, 5 fma, shift, +, * and the spatial factor; 4 fma for each pixel summed to.
+/// bilateral_weights.hpp have them. Position and illumination: 3 differences, 3 fma each; normal: 4 fma; material: equal,
+/// and, +; exponential: min, fma, -, 6 fma, shift, *; and 4 fma for each pixel summed to.
 double operations_of(BilateralForm form) {
     const bool twice = form == BilateralForm::reuse_2d || form == BilateralForm::separable_reuse;
-    return 6 + 5 + 3 + 7 + 13 + (twice ? 8 : 4);
+    return 6 + 6 + 4 + 3 + 11 + (twice ? 8 : 4);
 }
 
 double seconds() {

@@ -67,12 +67,12 @@ struct Counter {
     bool active() const { return true; }
     std::array<float, 1> prepare(int x, int y) const { return {x == mark && y == mark ? 1.0f : 0.0f}; }
     template <class P>
-    P distance2(const P* a, const P* b) const {
+    P add_distance2(const P* a, const P* b, P sum) const {
         for (int l = 0; l < P::width; ++l) {
             *as_center += a[0][l] == 1 ? 1u : 0u;
             *as_tap += b[0][l] == 1 ? 1u : 0u;
         }
-        return P(0.0f);
+        return sum;
     }
 };
 

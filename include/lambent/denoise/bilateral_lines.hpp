@@ -29,7 +29,8 @@ public:
 
     /// `kernel` has an odd size.
     LineStrip(WeightUse use, const LineRange& range, const std::vector<T>& kernel, const FeatureList<T>& features)
-        : use_(use), range_(range), kernel_(kernel), channels_(features.channels()), radius_(int(kernel.size()) / 2),
+        : use_(use), range_(range), spatial_(squared_distances(kernel)), center_(kernel[kernel.size() / 2]),
+          channels_(features.channels()), radius_(int(kernel.size()) / 2),
           pair_(features, radius_ + 1), planes_(plane_stride<T>(step() + 2 * radius_ + 1)),
           memory_(std::size_t(PackedPixels<T>::planes(features) + 4) * std::size_t(planes_), T(0)),
           pixels_{memory_.data() + 4 * planes_, planes_}, sums_{memory_.data(), planes_} {
@@ -79,13 +80,13 @@ private:
     }
 
     WeightedSum<T> center(int i, WeightedSum<T> sum = {}) const {
-        sum.add(P(kernel_[std::size_t(radius_)]), pixels_.value(i - base_));
+        sum.add(P(center_), pixels_.value(i - base_));
         return sum;
     }
     /// Weighs the taps [a_first, a_last) of pixel a, and [b_first, b_last) of a + 1.
     void weigh(int a, int a_first, int a_last, int b_first, int b_last) {
         pair_.weigh(pixels_, a - base_, pixels_, {a_first - base_, a_last - base_, b_first - base_, b_last - base_},
-                    kernel_.data() + radius_ + (a_first - a), kernel_.data() + radius_ + (b_first - a - 1));
+                    spatial_.data() + radius_ + (a_first - a), spatial_.data() + radius_ + (b_first - a - 1));
     }
 
     /// Pixels a and, if it is before `end`, a + 1: all their neighbours.
@@ -128,7 +129,8 @@ private:
 
     WeightUse use_;
     LineRange range_;
-    const std::vector<T>& kernel_;
+    std::vector<T> spatial_; ///< squared distances
+    T center_;               ///< the weight of a pixel for itself
     int channels_, radius_;
     PairOfPacks<T> pair_;
     std::ptrdiff_t planes_; ///< from plane to plane

@@ -3,6 +3,7 @@
 #include <lambent/core/memory.hpp>
 #include <lambent/denoise/feature.hpp>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -17,6 +18,14 @@ namespace detail {
 /// a tap adds nothing to either sum, whatever its weight, so borders and bad pixels need no test in a loop.
 template <class T>
 using Homogeneous = std::array<T, 4>;
+
+/// The squared distances, in sigmas, that give the weights of a kernel.
+template <class T>
+std::vector<T> squared_distances(const std::vector<T>& kernel) {
+    std::vector<T> distances;
+    for (const T weight : kernel) distances.push_back(T(-2 * std::log(double(weight))));
+    return distances;
+}
 
 /// The stride, in elements, between planes of `packs` packs: 640 bytes off a multiple of 4096, so that the planes of a
 /// pixel stay apart in a cache. At a multiple they would all fall into the same few lines.
@@ -81,21 +90,15 @@ public:
     PairOfPacks(const FeatureList<T>& features, int taps)
         : features_(features), weights_a_(std::size_t(taps)), weights_b_(std::size_t(taps)) {}
 
-    /// The weights spatial · exp(-½ distance²) of packs a and a + 1 of `pixels` with the taps of `runs`; spatial_a[k] is
-    /// that of a's k-th tap.
+    /// The weights exp(-½ distance²) of packs a and a + 1 of `pixels` with the taps of `runs`; spatial_a[k] is the squared
+    /// spatial distance of a's k-th tap.
     void weigh(const PackedPixels<T>& pixels, int a, const PackedPixels<T>& taps, const TapRuns& runs,
                const T* spatial_a, const T* spatial_b) {
         runs_ = runs;
-        const int count_a = runs.a_last - runs.a_first, count_b = runs.b_last - runs.b_first;
-        if (features_.empty()) {
-            for (int k = 0; k < count_a; ++k) weights_a_[std::size_t(k)] = P(spatial_a[k]);
-            for (int k = 0; k < count_b; ++k) weights_b_[std::size_t(k)] = P(spatial_b[k]);
-            return;
-        }
         features_.distances(pixels.features(a), pixels.features(a + 1), taps.features(0), pixels.stride, runs,
-                            weights_a_.data(), weights_b_.data());
-        to_weights(weights_a_.data(), spatial_a, count_a);
-        to_weights(weights_b_.data(), spatial_b, count_b);
+                            {weights_a_.data(), weights_b_.data(), spatial_a, spatial_b});
+        for (int k = 0; k < runs.a_last - runs.a_first; ++k) to_weight(weights_a_[std::size_t(k)]);
+        for (int k = 0; k < runs.b_last - runs.b_first; ++k) to_weight(weights_b_[std::size_t(k)]);
     }
 
     /// sum_a += the weighted taps of a, in rising order; likewise b.
@@ -136,9 +139,7 @@ public:
     }
 
 private:
-    static void to_weights(P* distances, const T* spatial, int count) {
-        for (int k = 0; k < count; ++k) distances[k] = P(spatial[k]) * gaussian(distances[k]);
-    }
+    static void to_weight(P& distance) { distance = gaussian(distance); }
 
     const FeatureList<T>& features_;
     TapRuns runs_{};

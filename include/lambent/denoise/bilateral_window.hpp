@@ -26,10 +26,12 @@ public:
                  const FeatureList<T>& features, E& executor, Load&& load)
         : features_(features), radius_(int(kernel.size()) / 2), window_(window), y_begin_(std::max(0, window.y0 - radius_)),
           y_end_(std::min(height, window.y1 + radius_)), segment_((window.width() + P::width - 1) / P::width),
+          center_(kernel[kernel.size() / 2] * kernel[kernel.size() / 2]),
           stride_(plane_stride<T>(segment_ + 2 * radius_ + 1)),
           row_(stride_ * PackedPixels<T>::planes(features)), memory_(std::size_t(row_) * std::size_t(y_end_ - y_begin_), T(0)) {
+        const std::vector<T> distances = squared_distances(kernel);
         for (int dy = 0; dy <= radius_; ++dy)
-            for (const T weight : kernel) spatial_.push_back(kernel[std::size_t(radius_ + dy)] * weight);
+            for (const T d : distances) spatial_.push_back(distances[std::size_t(radius_ + dy)] + d);
         executor.parallel_for(std::size_t(y_end_ - y_begin_), 8, [&](std::size_t begin, std::size_t end) {
             for (int y = y_begin_ + int(begin); y < y_begin_ + int(end); ++y)
                 for (int l = 0; l < P::width; ++l) {
@@ -59,10 +61,11 @@ public:
     int packs() const { return segment_ + 2 * radius_; }
     std::ptrdiff_t stride() const { return stride_; }
     PackedPixels<T> row(int y) const { return {const_cast<T*>(memory_.data()) + (y - y_begin_) * row_, stride_}; }
-    /// The spatial weights of the taps `dy` rows away, from the one `dx` columns off on.
+    /// The squared spatial distances of the taps `dy` rows away, from the one `dx` columns off on.
     const T* spatial(int dy, int dx) const {
         return spatial_.data() + std::abs(dy) * (2 * radius_ + 1) + radius_ + dx;
     }
+    T center() const { return center_; } ///< the weight of a pixel for itself
     int column(int pack, int lane) const { return window_.x0 + lane * segment_ + pack - radius_; }
 
 private:
@@ -70,6 +73,7 @@ private:
     int radius_;
     PixelWindow window_;
     int y_begin_, y_end_, segment_;
+    T center_;
     std::ptrdiff_t stride_, row_;
     LargeArray<T> memory_;
     std::vector<T> spatial_;
@@ -110,7 +114,7 @@ struct WindowSums {
     static void add_centers(const PackedPixels<T>& to, const WindowPlanes<T>& planes, int y) {
         for (int i = planes.first(); i < planes.last(); ++i) {
             WeightedSum<T> own;
-            own.add(FeaturePack<T>(*planes.spatial(0, 0)), planes.row(y).value(i));
+            own.add(FeaturePack<T>(planes.center()), planes.row(y).value(i));
             add(to, i, own);
         }
     }

@@ -26,15 +26,15 @@ using FeaturePack = Pack<T, native_width<T>>; ///< as many pixels at once as a r
 ///                     neither filtered nor used
 ///   prefetch(x, y)    optional: asks for the memory that prepare will read, at any x and y; always_inline, else gcc
 ///                     takes it for a function without effect
-///   distance2(a, b)   squared distance in sigmas of pixels with the numbers a[0..channels) and b, many at
-///                     once: symmetric, >= 0; the weight is exp(-½ · the sum over features)
+///   add_distance2(a, b, sum)  sum + squared distance, in sigmas, of pixels with the numbers a[0..channels) and b, many
+///                     at once; the distance is symmetric and >= 0, the weight exp(-½ · the sum over features)
 template <class F>
 concept PixelFeature = requires(const F& feature, const FeaturePack<typename F::Scalar>* pixels) {
     { feature.width() } -> std::convertible_to<int>;
     { feature.height() } -> std::convertible_to<int>;
     { feature.active() } -> std::convertible_to<bool>;
     { feature.prepare(0, 0) } -> std::same_as<std::array<typename F::Scalar, std::size_t(F::channels)>>;
-    { feature.distance2(pixels, pixels) } -> std::same_as<FeaturePack<typename F::Scalar>>;
+    { feature.add_distance2(pixels, pixels, *pixels) } -> std::same_as<FeaturePack<typename F::Scalar>>;
 };
 
 namespace detail {
@@ -50,6 +50,13 @@ struct TapRuns {
         for (int t = b_first; t < a_last; ++t) both(t);
         for (int t = std::max(a_last, b_first); t < b_last; ++t) b(t);
     }
+};
+
+/// Squared distances of the taps of packs a and b, tap by tap; the spatial ones are the same for all lanes.
+template <class T>
+struct TapDistances {
+    FeaturePack<T>*a, *b;
+    const T *spatial_a, *spatial_b;
 };
 
 /// An offset in pixels.
@@ -68,9 +75,10 @@ struct AnyFeature {
     /// `ahead`: how far away the pixels are that are wanted a little later.
     void (*import)(const void* feature, int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step,
                    std::ptrdiff_t channel_stride);
-    /// to_a[t - a_first] = or += distance2 of the pack at `a` and that at taps + t · width, for a's taps t; likewise b.
+    /// to.a[t - a_first] += the squared distance of the pack at `a` and that at taps + t · width, for a's taps t; likewise
+    /// b. `set` starts from the spatial distances.
     using Distances = void (*)(const void* feature, const T* a, const T* b, const T* taps, std::ptrdiff_t channel_stride,
-                               const TapRuns& runs, P* to_a, P* to_b);
+                               const TapRuns& runs, const TapDistances<T>& to);
     Distances set, add;
     const void* feature;
     int channels;
@@ -79,26 +87,23 @@ struct AnyFeature {
 template <class F, bool Add>
 void feature_distances(const void* erased, const typename F::Scalar* at_a, const typename F::Scalar* at_b,
                        const typename F::Scalar* taps, std::ptrdiff_t channel_stride, const TapRuns& runs,
-                       FeaturePack<typename F::Scalar>* to_a, FeaturePack<typename F::Scalar>* to_b) {
-    using P = FeaturePack<typename F::Scalar>;
+                       const TapDistances<typename F::Scalar>& to) {
+    using T = typename F::Scalar;
+    using P = FeaturePack<T>;
     const F feature = *static_cast<const F*>(erased); // a copy, which stores of distances cannot alias
     P a[F::channels], b[F::channels], tap[F::channels];
     for (int c = 0; c < F::channels; ++c) {
         a[c] = P::load(at_a + c * channel_stride);
         b[c] = P::load(at_b + c * channel_stride);
     }
-    to_a -= runs.a_first;
-    to_b -= runs.b_first;
     const auto load = [&](int t) {
         for (int c = 0; c < F::channels; ++c) tap[c] = P::load(taps + t * P::width + c * channel_stride);
     };
-    const auto put = [&](const P* pixel, P& to) {
-        const P distance = feature.distance2(pixel, tap);
-        to = Add ? to + distance : distance;
-    };
-    runs.for_each([&](int t) { load(t), put(a, to_a[t]); },
-                  [&](int t) { load(t), put(a, to_a[t]), put(b, to_b[t]); },
-                  [&](int t) { load(t), put(b, to_b[t]); });
+    const auto put = [&](const P* pixel, P& sum, T spatial) { sum = feature.add_distance2(pixel, tap, Add ? sum : P(spatial)); };
+    const auto put_a = [&, first = runs.a_first](int t) { put(a, to.a[t - first], to.spatial_a[t - first]); };
+    const auto put_b = [&, first = runs.b_first](int t) { put(b, to.b[t - first], to.spatial_b[t - first]); };
+    runs.for_each([&](int t) { load(t), put_a(t); }, [&](int t) { load(t), put_a(t), put_b(t); },
+                  [&](int t) { load(t), put_b(t); });
 }
 
 template <class F>
@@ -145,12 +150,16 @@ public:
         }
     }
 
-    /// Sums of the squared distances: see AnyFeature::Distances. Not for an empty list.
+    /// The squared distances of all features and the spatial ones: see AnyFeature::Distances.
     void distances(const T* a, const T* b, const T* taps, std::ptrdiff_t channel_stride, const TapRuns& runs,
-                   FeaturePack<T>* to_a, FeaturePack<T>* to_b) const {
+                   const TapDistances<T>& to) const {
+        if (empty()) {
+            for (int k = 0; k < runs.a_last - runs.a_first; ++k) to.a[k] = FeaturePack<T>(to.spatial_a[k]);
+            for (int k = 0; k < runs.b_last - runs.b_first; ++k) to.b[k] = FeaturePack<T>(to.spatial_b[k]);
+        }
         std::ptrdiff_t offset = 0;
         for (const auto& f : features_) {
-            (offset == 0 ? f.set : f.add)(f.feature, a + offset, b + offset, taps + offset, channel_stride, runs, to_a, to_b);
+            (offset == 0 ? f.set : f.add)(f.feature, a + offset, b + offset, taps + offset, channel_stride, runs, to);
             offset += f.channels * channel_stride;
         }
     }
