@@ -30,17 +30,27 @@ template <> struct ExpConstants<double> {
 } // namespace detail
 
 namespace detail {
-/// 2^(x · scale) for products from lowest · log2 e to 0.
-template <class T, int N>
-[[gnu::always_inline]] inline Pack<T, N> power_of_two(Pack<T, N> x, T scale) {
+/// x[k] = 2^(x[k] · scale) for products from lowest · log2 e to 0. Step by step for all k: a chain of operations that
+/// wait for each other fills a processor's queue, several side by side keep it busy.
+template <int K, class T, int N>
+[[gnu::always_inline]] inline void powers_of_two(Pack<T, N>* x, T scale) {
     using C = ExpConstants<T>;
     using Bits = typename Mask<T, N>::Vector;
     using P = Pack<T, N>;
-    const P shifted = opaque(multiply_add(x, P(scale), P(C::shifter)));
-    const P fraction = multiply_add(x, P(scale), P(C::shifter) - shifted);
-    P power = P(C::power[0]);
-    for (std::size_t i = 1; i < C::power.size(); ++i) power = multiply_add(power, fraction, P(C::power[i]));
-    return power * P((typename P::Vector)((Bits)shifted.v << C::mantissa));
+    P shifted[K], power[K];
+#pragma GCC unroll 8
+    for (int k = 0; k < K; ++k) shifted[k] = opaque(multiply_add(x[k], P(scale), P(C::shifter)));
+#pragma GCC unroll 8
+    for (int k = 0; k < K; ++k) {
+        x[k] = multiply_add(x[k], P(scale), P(C::shifter) - shifted[k]);
+        power[k] = P(C::power[0]);
+    }
+#pragma GCC unroll 16
+    for (std::size_t i = 1; i < C::power.size(); ++i)
+#pragma GCC unroll 8
+        for (int k = 0; k < K; ++k) power[k] = multiply_add(power[k], x[k], P(C::power[i]));
+#pragma GCC unroll 8
+    for (int k = 0; k < K; ++k) x[k] = power[k] * P((typename P::Vector)((Bits)shifted[k].v << C::mantissa));
 }
 inline constexpr double log2_e = 1.4426950408889634074;
 } // namespace detail
@@ -50,14 +60,21 @@ inline constexpr double log2_e = 1.4426950408889634074;
 /// cost  11 operations in float with FMA, no branch, no table
 template <class T, int N>
 inline Pack<T, N> exp_of_negative(Pack<T, N> x) {
-    return detail::power_of_two(max(x, Pack<T, N>(detail::ExpConstants<T>::lowest)), T(detail::log2_e));
+    x = max(x, Pack<T, N>(detail::ExpConstants<T>::lowest));
+    detail::powers_of_two<1>(&x, T(detail::log2_e));
+    return x;
 }
 
-/// e^(-x/2) of every lane, for x >= 0: the Gaussian of a squared distance in sigmas. As exact as exp_of_negative
-/// and as cheap, infinity and NaN give 0.
-template <class T, int N>
-[[gnu::always_inline]] inline Pack<T, N> gaussian(Pack<T, N> x) {
-    return detail::power_of_two(min(x, Pack<T, N>(T(-2) * detail::ExpConstants<T>::lowest)), T(-0.5 * detail::log2_e));
+/// x[k] = e^(-x[k]/2) of every lane, for x >= 0 and K packs: the Gaussian of a squared distance in sigmas. As exact as
+/// exp_of_negative, with an operation less each; infinity and NaN give 0.
+template <int K, class T, int N>
+[[gnu::always_inline]] inline void gaussians(Pack<T, N>* x) {
+    Pack<T, N> limited[K];
+#pragma GCC unroll 8
+    for (int k = 0; k < K; ++k) limited[k] = min(x[k], Pack<T, N>(T(-2) * detail::ExpConstants<T>::lowest));
+    detail::powers_of_two<K>(limited, T(-0.5 * detail::log2_e));
+#pragma GCC unroll 8
+    for (int k = 0; k < K; ++k) x[k] = limited[k];
 }
 
 } // namespace LAMBENT_ABI

@@ -97,8 +97,8 @@ public:
         runs_ = runs;
         features_.distances(pixels.features(a), pixels.features(a + 1), taps.features(0), pixels.stride, runs,
                             {weights_a_.data(), weights_b_.data(), spatial_a, spatial_b});
-        for (int k = 0; k < runs.a_last - runs.a_first; ++k) to_weight(weights_a_[std::size_t(k)]);
-        for (int k = 0; k < runs.b_last - runs.b_first; ++k) to_weight(weights_b_[std::size_t(k)]);
+        to_weights(weights_a_.data(), runs.a_last - runs.a_first);
+        to_weights(weights_b_.data(), runs.b_last - runs.b_first);
     }
 
     /// sum_a += the weighted taps of a, in rising order; likewise b.
@@ -139,7 +139,12 @@ public:
     }
 
 private:
-    static void to_weight(P& distance) { distance = gaussian(distance); }
+    static void to_weights(P* distances, int count) {
+        constexpr int together = 4;
+        int k = 0;
+        for (; k + together <= count; k += together) gaussians<together>(distances + k);
+        for (; k < count; ++k) gaussians<1>(distances + k);
+    }
 
     const FeatureList<T>& features_;
     TapRuns runs_{};

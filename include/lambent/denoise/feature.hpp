@@ -47,6 +47,7 @@ struct TapRuns {
     template <class A, class Both, class B>
     [[gnu::always_inline]] void for_each(A&& a, Both&& both, B&& b) const {
         for (int t = a_first; t < std::min(b_first, a_last); ++t) a(t);
+#pragma GCC unroll 4
         for (int t = b_first; t < a_last; ++t) both(t);
         for (int t = std::max(a_last, b_first); t < b_last; ++t) b(t);
     }
