@@ -31,9 +31,9 @@ public:
     LineStrip(WeightUse use, const LineRange& range, const std::vector<T>& kernel, const FeatureList<T>& features)
         : use_(use), range_(range), spatial_(squared_distances(kernel)), center_(kernel[kernel.size() / 2]),
           channels_(features.channels()), radius_(int(kernel.size()) / 2),
-          pair_(features, radius_ + 1), planes_(plane_stride<T>(step() + 2 * radius_ + 1)),
-          memory_(std::size_t(PackedPixels<T>::planes(features) + 4) * std::size_t(planes_), T(0)),
-          pixels_{memory_.data() + 4 * planes_, planes_}, sums_{memory_.data(), planes_} {
+          pair_(features, radius_ + 1), memory_(std::size_t(capacity()) * std::size_t(P::width * (PackedPixels<T>::numbers(features) + 4)), T(0)),
+          sums_{memory_.data(), 4 * P::width},
+          pixels_{sums_.values(capacity()), P::width * PackedPixels<T>::numbers(features)} {
         restart();
     }
 
@@ -43,7 +43,7 @@ public:
 
     void restart() {
         base_ = imported_ = std::max(range_.tap_first, start() - behind());
-        std::fill_n(memory_.begin(), 4 * planes_, T(0));
+        std::fill(sums_.values(0), sums_.values(capacity()), T(0));
     }
     /// The pixels that have to be written to pixels(i) before `filter(from, to)`: [imported(), the result).
     int make_room(int from, int to) {
@@ -51,7 +51,7 @@ public:
         return std::max(imported_, std::min(range_.tap_last, to + radius_));
     }
     int imported() const { return imported_; }
-    PackedPixels<T> pixels(int i) const { return {pixels_.values(i - base_), planes_}; }
+    PackedPixels<T> pixels(int i) const { return {pixels_.values(i - base_), pixels_.step}; }
 
     /// Filters pixels [from, to), those after the last ones, whose taps lie before `imported`. store(i, sum, usable)
     /// takes the sums of pixel i.
@@ -66,16 +66,15 @@ public:
 
 private:
     bool twice() const { return use_ == WeightUse::twice; }
+    int capacity() const { return step() + 2 * radius_ + 1; }
     int behind() const { return twice() ? 0 : radius_; } ///< how many pixels back a pixel looks
 
     /// Moves the pixels from `first` on to the front.
     void forget(int first) {
         if (first == base_) return;
-        const std::ptrdiff_t by = std::ptrdiff_t(first - base_) * P::width, kept = std::ptrdiff_t(imported_ - first) * P::width;
-        for (T* plane = memory_.data(); plane != memory_.data() + memory_.size(); plane += planes_) {
-            std::copy(plane + by, plane + by + kept, plane);
-            if (plane < pixels_.data) std::fill(plane + kept, plane + planes_, T(0));
-        }
+        const int by = first - base_, kept = imported_ - first;
+        for (const auto& packs : {sums_, pixels_}) std::copy(packs.values(by), packs.values(by + kept), packs.values(0));
+        std::fill(sums_.values(kept), sums_.values(capacity()), T(0));
         base_ = first;
     }
 
@@ -133,9 +132,8 @@ private:
     T center_;               ///< the weight of a pixel for itself
     int channels_, radius_;
     PairOfPacks<T> pair_;
-    std::ptrdiff_t planes_; ///< from plane to plane
-    LargeArray<T> memory_;  ///< the sums' planes, then the pixels'
-    PackedPixels<T> pixels_, sums_;
+    LargeArray<T> memory_;
+    PackedPixels<T> sums_, pixels_;
     int base_ = 0, imported_ = 0; ///< the pixel at the front, and the one after the last
 };
 
@@ -162,13 +160,12 @@ void filter_lines(LineDirection direction, WeightUse use, int width, int height,
         for (std::size_t i = begin; i < end; ++i) strips.emplace_back(use, range, kernel, features);
         const auto line_of = [&](std::size_t strip) { return line_begin + int(begin + strip) * P::width; };
         const auto count_of = [&](std::size_t strip) { return std::min(P::width, line_begin + lines - line_of(strip)); };
-        const auto import = [&](int x, int y, int count, Ahead ahead, const PackedPixels<T>& to, int lane, int step) {
-            features.import(x, y, count, ahead, to.features(0) + lane, step, to.stride);
+        const auto import = [&](int x, int y, int count, Ahead ahead, const PackedPixels<T>& to, int lane, std::ptrdiff_t step) {
+            features.import(x, y, count, ahead, to.features(0) + lane, step);
             for (int i = 0; i < count; ++i) {
                 if (i % prefetch_every == 0) prefetch(x + i + ahead.x, y + ahead.y);
                 const Homogeneous<T> value = load(x + i, y);
-                for (std::size_t c = 0; c < 4; ++c)
-                    to.values(0)[std::ptrdiff_t(c) * to.stride + lane + i * step] = value[c];
+                for (int c = 0; c < 4; ++c) to.values(0)[c * P::width + lane + i * step] = value[std::size_t(c)];
             }
         };
         const int step = strips[0].step();
@@ -181,7 +178,7 @@ void filter_lines(LineDirection direction, WeightUse use, int width, int height,
                 for (int x = imported; x < needed; x += block)
                     for (std::size_t s = 0; s < strips.size(); ++s)
                         for (int l = 0; l < count_of(s); ++l)
-                            import(x, line_of(s) + l, std::min(block, needed - x), {block, 0}, strips[s].pixels(x), l, P::width);
+                            import(x, line_of(s) + l, std::min(block, needed - x), {block, 0}, strips[s].pixels(x), l, strips[s].pixels(x).step);
             else
                 for (int y = imported; y < needed; ++y)
                     for (std::size_t s = 0; s < strips.size(); ++s)

@@ -27,55 +27,51 @@ std::vector<T> squared_distances(const std::vector<T>& kernel) {
     return distances;
 }
 
-/// The stride, in elements, between planes of `packs` packs: 640 bytes off a multiple of 4096, so that the planes of a
-/// pixel stay apart in a cache. At a multiple they would all fall into the same few lines.
-template <class T>
-constexpr std::ptrdiff_t plane_stride(int packs) {
-    const std::ptrdiff_t bytes = packs * std::ptrdiff_t(sizeof(FeaturePack<T>));
-    return ((bytes - 640 + 4095) / 4096 * 4096 + 640) / std::ptrdiff_t(sizeof(T));
-}
-
 /// Running sums of weight · homogeneous pixel, a pack of pixels wide.
 template <class T>
 struct WeightedSum {
     using P = FeaturePack<T>;
     P channel[4] = {P(T(0)), P(T(0)), P(T(0)), P(T(0))};
 
-    static WeightedSum load(const T* from, std::ptrdiff_t stride) {
+    static WeightedSum load(const T* from) {
         WeightedSum sum;
-        for (int c = 0; c < 4; ++c) sum.channel[c] = P::load(from + c * stride);
+        for (int c = 0; c < 4; ++c) sum.channel[c] = P::load(from + c * P::width);
         return sum;
     }
-    void store(T* to, std::ptrdiff_t stride) const {
-        for (int c = 0; c < 4; ++c) channel[c].store(to + c * stride);
+    void store(T* to) const {
+        for (int c = 0; c < 4; ++c) channel[c].store(to + c * P::width);
     }
     [[gnu::always_inline]] void add(P weight, const WeightedSum& value) {
         for (int c = 0; c < 4; ++c) channel[c] = multiply_add(weight, value.channel[c], channel[c]);
     }
 };
 
-/// Packs of pixels one after the other, each of their numbers in a plane of its own.
+/// Packs of pixels one after the other, `step` elements apart: a pack's numbers lie together, so that they share pages
+/// and spread over a cache's lines.
 template <class T>
 struct PackedPixels {
     using P = FeaturePack<T>;
     T* data;
-    std::ptrdiff_t stride; ///< from plane to plane
+    std::ptrdiff_t step;
 
-    static int planes(const FeatureList<T>& features) { return 5 + features.channels(); }
-    T* values(int i) const { return data + i * P::width; }                ///< 4 channels
-    T* usable(int i) const { return data + 4 * stride + i * P::width; }   ///< 1 or 0: whether all features are finite
-    T* features(int i) const { return data + 5 * stride + i * P::width; } ///< as FeatureList::import writes them
-    WeightedSum<T> value(int i) const { return WeightedSum<T>::load(values(i), stride); }
+    /// The numbers of a pixel: 4 channels, whether it is usable, its features.
+    static int numbers(const FeatureList<T>& features) { return 5 + features.channels(); }
+    T* values(int i) const { return data + i * step; }                     ///< 4 channels
+    T* usable(int i) const { return data + i * step + 4 * P::width; }      ///< 1 or 0: whether all features are finite
+    T* features(int i) const { return data + i * step + 5 * P::width; }    ///< as FeatureList::import writes them
+    WeightedSum<T> value(int i) const { return WeightedSum<T>::load(values(i)); }
 
     /// Sets `usable` of packs [first, last); empties pixels that are not.
     void drop_non_finite(int channels, int first, int last) const {
         for (int i = first; i < last; ++i) {
             auto finite = is_finite(P(T(0)));
-            for (int c = 0; c < channels; ++c) finite = finite & is_finite(P::load(features(i) + c * stride));
+            for (int c = 0; c < channels; ++c) finite = finite & is_finite(P::load(features(i) + c * P::width));
+            if (!all(finite))
+                for (int c = 0; c < 5 + channels; ++c) {
+                    T* const number = values(i) + c * P::width;
+                    select(finite, P::load(number), P(T(0))).store(number);
+                }
             select(finite, P(T(1)), P(T(0))).store(usable(i));
-            if (all(finite)) continue;
-            for (int c = 0; c < 5 + channels; ++c)
-                if (T* const plane = values(i) + c * stride; c != 4) select(finite, P::load(plane), P(T(0))).store(plane);
         }
     }
 };
@@ -95,7 +91,7 @@ public:
     void weigh(const PackedPixels<T>& pixels, int a, const PackedPixels<T>& taps, const TapRuns& runs,
                const T* spatial_a, const T* spatial_b) {
         runs_ = runs;
-        features_.distances(pixels.features(a), pixels.features(a + 1), taps.features(0), pixels.stride, runs,
+        features_.distances(pixels.features(a), pixels.features(a + 1), taps.features(0), taps.step, runs,
                             {weights_a_.data(), weights_b_.data(), spatial_a, spatial_b});
         to_weights(weights_a_.data(), runs.a_last - runs.a_first);
         to_weights(weights_b_.data(), runs.b_last - runs.b_first);
@@ -106,9 +102,8 @@ public:
         const P* const weight_a = weights_a_.data() - runs_.a_first;
         const P* const weight_b = weights_b_.data() - runs_.b_first;
         WeightedSum<T> a = sum_a, b = sum_b;
-        const std::ptrdiff_t stride = taps.stride;
-        const auto take = [&, first = taps.values(0)](int t, auto&& add) {
-            for (int c = 0; c < 4; ++c) add(P::load(first + t * P::width + c * stride), c);
+        const auto take = [first = taps.values(0), step = taps.step](int t, auto&& add) {
+            for (int c = 0; c < 4; ++c) add(P::load(first + t * step + c * P::width), c);
         };
         const auto to_a = [&](int t, P value, int c) { a.channel[c] = multiply_add(weight_a[t], value, a.channel[c]); };
         const auto to_b = [&](int t, P value, int c) { b.channel[c] = multiply_add(weight_b[t], value, b.channel[c]); };
@@ -119,15 +114,14 @@ public:
         sum_b = b;
     }
 
-    /// sums[t] += what a and b give to their taps t, a first; `sums` has 4 planes.
+    /// sums[t] += what a and b give to their taps t, a first; `sums` has 4 numbers a pixel.
     void scatter(const PackedPixels<T>& pixels, int a, const PackedPixels<T>& sums) const {
         const P* const weight_a = weights_a_.data() - runs_.a_first;
         const P* const weight_b = weights_b_.data() - runs_.b_first;
         const WeightedSum<T> value_a = pixels.value(a), value_b = pixels.value(a + 1);
-        const std::ptrdiff_t stride = sums.stride;
-        const auto give = [&, first = sums.values(0)](int t, auto&& added) {
+        const auto give = [first = sums.values(0), step = sums.step](int t, auto&& added) {
             for (int c = 0; c < 4; ++c) {
-                T* const sum = first + t * P::width + c * stride;
+                T* const sum = first + t * step + c * P::width;
                 added(P::load(sum), c).store(sum);
             }
         };

@@ -27,8 +27,7 @@ public:
         : features_(features), radius_(int(kernel.size()) / 2), window_(window), y_begin_(std::max(0, window.y0 - radius_)),
           y_end_(std::min(height, window.y1 + radius_)), segment_((window.width() + P::width - 1) / P::width),
           center_(kernel[kernel.size() / 2] * kernel[kernel.size() / 2]),
-          stride_(plane_stride<T>(segment_ + 2 * radius_ + 1)),
-          row_(stride_ * PackedPixels<T>::planes(features)), memory_(std::size_t(row_) * std::size_t(y_end_ - y_begin_), T(0)) {
+          step_(P::width * PackedPixels<T>::numbers(features)), row_(step_ * (packs() + 1)), memory_(std::size_t(row_) * std::size_t(y_end_ - y_begin_), T(0)) {
         const std::vector<T> distances = squared_distances(kernel);
         for (int dy = 0; dy <= radius_; ++dy)
             for (const T d : distances) spatial_.push_back(distances[std::size_t(radius_ + dy)] + d);
@@ -39,11 +38,10 @@ public:
                     const int x0 = std::max(0, from), x1 = std::min(width, from + packs());
                     if (x0 >= x1) continue;
                     const PackedPixels<T> to = row(y);
-                    features_.import(x0, y, x1 - x0, {32, 0}, to.features(x0 - from) + l, P::width, stride_);
+                    features_.import(x0, y, x1 - x0, {32, 0}, to.features(x0 - from) + l, step_);
                     for (int x = x0; x < x1; ++x) {
                         const Homogeneous<T> value = load(x, y);
-                        for (std::size_t c = 0; c < 4; ++c)
-                            to.values(x - from)[std::ptrdiff_t(c) * stride_ + l] = value[c];
+                        for (int c = 0; c < 4; ++c) to.values(x - from)[c * P::width + l] = value[std::size_t(c)];
                     }
                 }
             for (int y = y_begin_ + int(begin); y < y_begin_ + int(end); ++y)
@@ -59,8 +57,7 @@ public:
     int first() const { return radius_; }            ///< packs [first, last) hold the window's pixels
     int last() const { return radius_ + segment_; }
     int packs() const { return segment_ + 2 * radius_; }
-    std::ptrdiff_t stride() const { return stride_; }
-    PackedPixels<T> row(int y) const { return {const_cast<T*>(memory_.data()) + (y - y_begin_) * row_, stride_}; }
+    PackedPixels<T> row(int y) const { return {const_cast<T*>(memory_.data()) + (y - y_begin_) * row_, step_}; }
     /// The squared spatial distances of the taps `dy` rows away, from the one `dx` columns off on.
     const T* spatial(int dy, int dx) const {
         return spatial_.data() + std::abs(dy) * (2 * radius_ + 1) + radius_ + dx;
@@ -74,7 +71,7 @@ private:
     PixelWindow window_;
     int y_begin_, y_end_, segment_;
     T center_;
-    std::ptrdiff_t stride_, row_;
+    std::ptrdiff_t step_, row_;
     LargeArray<T> memory_;
     std::vector<T> spatial_;
 };
@@ -91,17 +88,18 @@ void weigh_row(PairOfPacks<T>& pair, const WindowPlanes<T>& planes, int a, int y
 /// Sums of weights for rows of packs.
 template <class T>
 struct WindowSums {
-    std::ptrdiff_t stride;
+    static constexpr std::ptrdiff_t step = 4 * FeaturePack<T>::width;
+    std::ptrdiff_t row_step;
     LargeArray<T> memory;
 
     WindowSums(const WindowPlanes<T>& planes, int rows)
-        : stride(planes.stride()), memory(std::size_t(4 * planes.stride()) * std::size_t(rows), T(0)) {}
-    PackedPixels<T> row(int i) const { return {const_cast<T*>(memory.data()) + 4 * stride * i, stride}; }
+        : row_step(step * (planes.packs() + 1)), memory(std::size_t(row_step) * std::size_t(rows), T(0)) {}
+    PackedPixels<T> row(int i) const { return {const_cast<T*>(memory.data()) + row_step * i, step}; }
 
     static void add(const PackedPixels<T>& to, int pack, const WeightedSum<T>& sum) {
         WeightedSum<T> total = to.value(pack);
         total.add(FeaturePack<T>(T(1)), sum);
-        total.store(to.values(pack), to.stride);
+        total.store(to.values(pack));
     }
     /// sums[pack] += the taps of a and a + 1 that `pair` has weighed.
     static void gather(const PackedPixels<T>& to, const PairOfPacks<T>& pair, const PackedPixels<T>& taps, int a) {
@@ -192,7 +190,7 @@ void filter_window_pairs(const WindowPlanes<T>& planes, E& executor, Store&& sto
                         const int x = planes.column(i, l) - window.x0;
                         if (x < 0 || x >= window.width()) continue;
                         for (std::size_t c = 0; c < 4; ++c)
-                            line[std::size_t(x)][c] += row.values(i)[std::ptrdiff_t(c) * row.stride + l];
+                            line[std::size_t(x)][c] += row.values(i)[int(c) * P::width + l];
                         usable[std::size_t(x)] = planes.row(y).usable(i)[l];
                     }
             };

@@ -72,13 +72,13 @@ template <class T>
 struct AnyFeature {
     using P = FeaturePack<T>;
 
-    /// Writes the numbers of pixels (x .. x + count, y): channel c of pixel i to out[c · channel_stride + i · step].
+    /// Writes the numbers of pixels (x .. x + count, y): channel c of pixel i to out[c · width + i · step], with the
+    /// width of a pack.
     /// `ahead`: how far away the pixels are that are wanted a little later.
-    void (*import)(const void* feature, int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step,
-                   std::ptrdiff_t channel_stride);
-    /// to.a[t - a_first] += the squared distance of the pack at `a` and that at taps + t · width, for a's taps t; likewise
+    void (*import)(const void* feature, int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step);
+    /// to.a[t - a_first] += the squared distance of the pack at `a` and that at taps + t · step, for a's taps t; likewise
     /// b. `set` starts from the spatial distances.
-    using Distances = void (*)(const void* feature, const T* a, const T* b, const T* taps, std::ptrdiff_t channel_stride,
+    using Distances = void (*)(const void* feature, const T* a, const T* b, const T* taps, std::ptrdiff_t step,
                                const TapRuns& runs, const TapDistances<T>& to);
     Distances set, add;
     const void* feature;
@@ -87,18 +87,18 @@ struct AnyFeature {
 
 template <class F, bool Add>
 void feature_distances(const void* erased, const typename F::Scalar* at_a, const typename F::Scalar* at_b,
-                       const typename F::Scalar* taps, std::ptrdiff_t channel_stride, const TapRuns& runs,
+                       const typename F::Scalar* taps, std::ptrdiff_t step, const TapRuns& runs,
                        const TapDistances<typename F::Scalar>& to) {
     using T = typename F::Scalar;
     using P = FeaturePack<T>;
     const F feature = *static_cast<const F*>(erased); // a copy, which stores of distances cannot alias
     P a[F::channels], b[F::channels], tap[F::channels];
     for (int c = 0; c < F::channels; ++c) {
-        a[c] = P::load(at_a + c * channel_stride);
-        b[c] = P::load(at_b + c * channel_stride);
+        a[c] = P::load(at_a + c * P::width);
+        b[c] = P::load(at_b + c * P::width);
     }
     const auto load = [&](int t) {
-        for (int c = 0; c < F::channels; ++c) tap[c] = P::load(taps + t * P::width + c * channel_stride);
+        for (int c = 0; c < F::channels; ++c) tap[c] = P::load(taps + t * step + c * P::width);
     };
     const auto put = [&](const P* pixel, P& sum, T spatial) { sum = feature.add_distance2(pixel, tap, Add ? sum : P(spatial)); };
     const auto put_a = [&, first = runs.a_first](int t) { put(a, to.a[t - first], to.spatial_a[t - first]); };
@@ -109,13 +109,14 @@ void feature_distances(const void* erased, const typename F::Scalar* at_a, const
 
 template <class F>
 void feature_import(const void* erased, int x, int y, int count, Ahead ahead, typename F::Scalar* out,
-                    std::ptrdiff_t step, std::ptrdiff_t channel_stride) {
+                    std::ptrdiff_t step) {
+    constexpr int width = FeaturePack<typename F::Scalar>::width;
     const F feature = *static_cast<const F*>(erased);
     for (int i = 0; i < count; ++i) {
         if constexpr (requires { feature.prefetch(x, y); })
             if (i % prefetch_every == 0) feature.prefetch(x + i + ahead.x, y + ahead.y);
         const std::array<typename F::Scalar, std::size_t(F::channels)> numbers = feature.prepare(x + i, y);
-        for (std::size_t c = 0; c < numbers.size(); ++c) out[std::ptrdiff_t(c) * channel_stride + i * step] = numbers[c];
+        for (int c = 0; c < F::channels; ++c) out[c * width + i * step] = numbers[std::size_t(c)];
     }
 }
 
@@ -144,15 +145,15 @@ public:
     bool empty() const { return features_.empty(); }
 
     /// All features of a run of pixels, one after the other: see AnyFeature::import.
-    void import(int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step, std::ptrdiff_t channel_stride) const {
+    void import(int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step) const {
         for (const auto& f : features_) {
-            f.import(f.feature, x, y, count, ahead, out, step, channel_stride);
-            out += f.channels * channel_stride;
+            f.import(f.feature, x, y, count, ahead, out, step);
+            out += f.channels * FeaturePack<T>::width;
         }
     }
 
     /// The squared distances of all features and the spatial ones: see AnyFeature::Distances.
-    void distances(const T* a, const T* b, const T* taps, std::ptrdiff_t channel_stride, const TapRuns& runs,
+    void distances(const T* a, const T* b, const T* taps, std::ptrdiff_t step, const TapRuns& runs,
                    const TapDistances<T>& to) const {
         if (empty()) {
             for (int k = 0; k < runs.a_last - runs.a_first; ++k) to.a[k] = FeaturePack<T>(to.spatial_a[k]);
@@ -160,8 +161,8 @@ public:
         }
         std::ptrdiff_t offset = 0;
         for (const auto& f : features_) {
-            (offset == 0 ? f.set : f.add)(f.feature, a + offset, b + offset, taps + offset, channel_stride, runs, to);
-            offset += f.channels * channel_stride;
+            (offset == 0 ? f.set : f.add)(f.feature, a + offset, b + offset, taps + offset, step, runs, to);
+            offset += f.channels * FeaturePack<T>::width;
         }
     }
 
