@@ -2,6 +2,7 @@
 #include <lambent/core/simd.hpp>
 #include <array>
 #include <concepts>
+#include <cstddef>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -32,25 +33,25 @@ template <> struct ExpConstants<double> {
 namespace detail {
 /// x[k] = 2^(x[k] · scale) for products from lowest · log2 e to 0. Step by step for all k: a chain of operations that
 /// wait for each other fills a processor's queue, several side by side keep it busy.
-template <int K, class T, int N>
+template <std::size_t K, class T, int N>
 [[gnu::always_inline]] inline void powers_of_two(Pack<T, N>* x, T scale) {
     using C = ExpConstants<T>;
     using Bits = typename Mask<T, N>::Vector;
     using P = Pack<T, N>;
     P shifted[K], power[K];
 #pragma GCC unroll 8
-    for (int k = 0; k < K; ++k) shifted[k] = opaque(multiply_add(x[k], P(scale), P(C::shifter)));
+    for (std::size_t k = 0; k < K; ++k) shifted[k] = opaque(multiply_add(x[k], P(scale), P(C::shifter)));
 #pragma GCC unroll 8
-    for (int k = 0; k < K; ++k) {
+    for (std::size_t k = 0; k < K; ++k) {
         x[k] = multiply_add(x[k], P(scale), P(C::shifter) - shifted[k]);
         power[k] = P(C::power[0]);
     }
 #pragma GCC unroll 16
     for (std::size_t i = 1; i < C::power.size(); ++i)
 #pragma GCC unroll 8
-        for (int k = 0; k < K; ++k) power[k] = multiply_add(power[k], x[k], P(C::power[i]));
+        for (std::size_t k = 0; k < K; ++k) power[k] = multiply_add(power[k], x[k], P(C::power[i]));
 #pragma GCC unroll 8
-    for (int k = 0; k < K; ++k) x[k] = power[k] * P((typename P::Vector)((Bits)shifted[k].v << C::mantissa));
+    for (std::size_t k = 0; k < K; ++k) x[k] = power[k] * P((typename P::Vector)((Bits)shifted[k].v << C::mantissa));
 }
 inline constexpr double log2_e = 1.4426950408889634074;
 } // namespace detail
@@ -67,14 +68,14 @@ inline Pack<T, N> exp_of_negative(Pack<T, N> x) {
 
 /// x[k] = e^(-x[k]/2) of every lane, for x >= 0 and K packs: the Gaussian of a squared distance in sigmas. As exact as
 /// exp_of_negative, with an operation less each; infinity and NaN give 0.
-template <int K, class T, int N>
+template <std::size_t K, class T, int N>
 [[gnu::always_inline]] inline void gaussians(Pack<T, N>* x) {
     Pack<T, N> limited[K];
 #pragma GCC unroll 8
-    for (int k = 0; k < K; ++k) limited[k] = min(x[k], Pack<T, N>(T(-2) * detail::ExpConstants<T>::lowest));
+    for (std::size_t k = 0; k < K; ++k) limited[k] = min(x[k], Pack<T, N>(T(-2) * detail::ExpConstants<T>::lowest));
     detail::powers_of_two<K>(limited, T(-0.5 * detail::log2_e));
 #pragma GCC unroll 8
-    for (int k = 0; k < K; ++k) x[k] = limited[k];
+    for (std::size_t k = 0; k < K; ++k) x[k] = limited[k];
 }
 
 } // namespace LAMBENT_ABI
