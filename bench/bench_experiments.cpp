@@ -75,6 +75,15 @@ private:
     int width_, height_;
 };
 
+/// The original's light for OBJ scenes.
+void add_original_light(Scene<float>& scene) {
+    Material m;
+    m.base_color = Vec3f(0);
+    m.emission = Vec3f(20);
+    scene.materials.push_back(m);
+    scene.spheres.push_back({Vec3f(Vec3d(-5, 10, 0) - scene.origin), 8, std::uint32_t(scene.materials.size() - 1)});
+}
+
 class Experiments {
 public:
     explicit Experiments(const Options& options) : o_(options) {
@@ -83,12 +92,13 @@ public:
         add("room", room_scene<float>(), {}, side, side);
         const std::filesystem::path shared = LAMBENT_SHARED_DIR "/scenes";
         const Camera atrium{.eye = {-11, 2.5, -0.5}, .target = {0, 3.5, -0.3}, .vertical_fov = 70, .name = {}};
-        const Camera nave{.eye = {-15, -12, 0}, .target = {0, -11, 0}, .vertical_fov = 70, .name = {}};
+        const Camera nave{.eye = {-18, -15, -0.1}, .target = {-17, -14.75, -0.1}, .vertical_fov = 53.13, .name = {}};
         for (const auto& [name, file, camera] : {std::tuple{"sponza", "sponza_crytek/sponza.glb", atrium},
                                                  std::tuple{"sibenik", "sibenik/sibenik.obj", nave}})
             if (!o_.quick && std::filesystem::exists(shared / file)) {
                 Scene<float> scene = load_scene<float>((shared / file).string());
-                scene.environment = soft_sky();
+                if (std::string(name) == "sibenik") add_original_light(scene);
+                else scene.environment = soft_sky();
                 add(name, std::move(scene), camera, 256, 144);
             }
     }
