@@ -1,12 +1,10 @@
 // The seed document's experiments, with the error against a long reference and, if asked for, pictures:
 //   defaults    1 spp, the scale-free defaults against the original's sigmas
-//   E1          the room at 1, 5, 10 and 20 spp, raw and filtered at 65 x 65 (E2: the error falls with every step)
-//   E4          Sibenik at 1 and 100 spp, sigma 50, firefly threshold 25
-//   E5          the room at 10 spp through a plain bilateral filter, d 65, colour 25, space 1
-//   separation  whole windows against rows and columns
-//   K1          steps along rows against those along columns: stripes
-//   K2          the illumination's sigma times 1/4 to 4
-//   K4          pixels far above the reference at 10 and 100 spp
+//   E1          the room at 1, 5, 10 and 20 spp, raw and filtered at 65 x 65 (E2: the error falls with every
+//   step) E4          Sibenik at 1 and 100 spp, sigma 50, firefly threshold 25 E5          the room at 10 spp
+//   through a plain bilateral filter, d 65, colour 25, space 1 separation  whole windows against rows and
+//   columns K1          steps along rows against those along columns: stripes K2          the illumination's
+//   sigma times 1/4 to 4 K4          pixels far above the reference at 10 and 100 spp
 #include "../examples/support/command_line.hpp"
 #include "../examples/support/preview.hpp"
 #include <algorithm>
@@ -40,9 +38,10 @@ struct Options {
 /// A scene, its frames and their reference.
 class Subject {
 public:
-    Subject(std::string title, Scene<float> scene, const Camera& camera, int width, int height, int reference_spp)
-        : name(std::move(title)), scene_(std::move(scene)), prepared_(scene_, threads), camera_(camera), width_(width),
-          height_(height) {
+    Subject(std::string title, Scene<float> scene, const Camera& camera, int width, int height,
+            int reference_spp)
+        : name(std::move(title)), scene_(std::move(scene)), prepared_(scene_, threads), camera_(camera),
+          width_(width), height_(height) {
         const PixelData<float> frame = trace(reference_spp, 1000);
         reference = frame.radiance;
         mask = emitter_mask(frame.emission.view());
@@ -50,9 +49,12 @@ public:
 
     PixelData<float> trace(int spp, std::uint32_t seed = 1) {
         return render(prepared_, camera_, PathIntegrator<>{}, SobolSampler<float>(seed),
-                      RenderOptions{.width = width_, .height = height_, .end_sample = std::uint64_t(spp)}, threads);
+                      RenderOptions{.width = width_, .height = height_, .end_sample = std::uint64_t(spp)},
+                      threads);
     }
-    double rel_mse(const Image& image) const { return lambent::rel_mse(image.view(), reference.view(), mask.view()); }
+    double rel_mse(const Image& image) const {
+        return lambent::rel_mse(image.view(), reference.view(), mask.view());
+    }
     /// Of the image as one sees it: clipped at 1 and as sRGB.
     double psnr(const Image& image) const {
         const auto seen = [](const Image& from) {
@@ -81,7 +83,8 @@ void add_original_light(Scene<float>& scene) {
     m.base_color = Vec3f(0);
     m.emission = Vec3f(20);
     scene.materials.push_back(m);
-    scene.spheres.push_back({Vec3f(Vec3d(-5, 10, 0) - scene.origin), 8, std::uint32_t(scene.materials.size() - 1)});
+    scene.spheres.push_back(
+        {Vec3f(Vec3d(-5, 10, 0) - scene.origin), 8, std::uint32_t(scene.materials.size() - 1)});
 }
 
 class Experiments {
@@ -91,14 +94,18 @@ public:
         add("cornell", cornell_scene<float>(), {}, side, side);
         add("room", room_scene<float>(), {}, side, side);
         const std::filesystem::path shared = LAMBENT_SHARED_DIR "/scenes";
-        const Camera atrium{.eye = {-11, 2.5, -0.5}, .target = {0, 3.5, -0.3}, .vertical_fov = 70, .name = {}};
-        const Camera nave{.eye = {-18, -15, -0.1}, .target = {-17, -14.75, -0.1}, .vertical_fov = 53.13, .name = {}};
+        const Camera atrium{
+            .eye = {-11, 2.5, -0.5}, .target = {0, 3.5, -0.3}, .vertical_fov = 70, .name = {}};
+        const Camera nave{
+            .eye = {-18, -15, -0.1}, .target = {-17, -14.75, -0.1}, .vertical_fov = 53.13, .name = {}};
         for (const auto& [name, file, camera] : {std::tuple{"sponza", "sponza_crytek/sponza.glb", atrium},
                                                  std::tuple{"sibenik", "sibenik/sibenik.obj", nave}})
             if (!o_.quick && std::filesystem::exists(shared / file)) {
                 Scene<float> scene = load_scene<float>((shared / file).string());
-                if (std::string(name) == "sibenik") add_original_light(scene);
-                else scene.environment = soft_sky();
+                if (std::string(name) == "sibenik")
+                    add_original_light(scene);
+                else
+                    scene.environment = soft_sky();
                 add(name, std::move(scene), camera, 256, 144);
             }
     }
@@ -116,9 +123,11 @@ public:
     }
 
 private:
-    void add(const std::string& name, Scene<float> scene, std::optional<Camera> camera, int width, int height) {
+    void add(const std::string& name, Scene<float> scene, std::optional<Camera> camera, int width,
+             int height) {
         const Camera chosen = camera ? *camera : scene.cameras.at(0);
-        subjects_[name] = std::make_unique<Subject>(name, std::move(scene), chosen, width, height, o_.quick ? 64 : o_.reference);
+        subjects_[name] = std::make_unique<Subject>(name, std::move(scene), chosen, width, height,
+                                                    o_.quick ? 64 : o_.reference);
         picture(*subjects_[name], "reference", o_.reference, subjects_[name]->reference);
     }
 
@@ -131,9 +140,11 @@ private:
         write_preview((std::filesystem::path(o_.pictures) / file).string(), image.view(), 0);
     }
     /// Prints a row; gives the relative error.
-    double row(const char* experiment, const Subject& s, const std::string& what, int spp, const Image& image) {
+    double row(const char* experiment, const Subject& s, const std::string& what, int spp,
+               const Image& image) {
         const double error = s.rel_mse(image), psnr = s.psnr(image);
-        std::printf(o_.json ? "{\"bench\": \"experiments\", \"experiment\": \"%s\", \"scene\": \"%s\", \"method\": \"%s\", "
+        std::printf(o_.json ? "{\"bench\": \"experiments\", \"experiment\": \"%s\", \"scene\": \"%s\", "
+                              "\"method\": \"%s\", "
                               "\"spp\": %d, \"rel_mse\": %.6g, \"psnr\": %.6g}\n"
                             : "%-11s %-8s %-22s %4d spp   relMSE %9.4g   PSNR %6.2f dB\n",
                     experiment, s.name.c_str(), what.c_str(), spp, error, psnr);
@@ -153,7 +164,9 @@ private:
         const double seed = row("defaults", s, "seed", 1, clean(s, frame, denoise_options("seed")));
         const double ours = row("defaults", s, "balanced", 1, clean(s, frame, {}));
         row("defaults", s, "best", 1, clean(s, frame, denoise_options("best")));
-        if (!o_.json) std::printf("            %-8s seed / balanced %.3g, raw / balanced %.3g\n", s.name.c_str(), seed / ours, raw / ours);
+        if (!o_.json)
+            std::printf("            %-8s seed / balanced %.3g, raw / balanced %.3g\n", s.name.c_str(),
+                        seed / ours, raw / ours);
         expect(ours < raw, "defaults", "the filter makes the image worse");
     }
 
@@ -175,10 +188,13 @@ private:
     void bilateral(Subject& s) {
         const PixelData<float> frame = s.trace(10);
         Image plain(frame.width, frame.height);
-        cross_bilateral<float>(frame.radiance.view(), plain.view(),
-                               {.kernel = 65, .sigma_spatial = 1, .sigma_illumination = 25, .form = BilateralForm::reuse_2d}, s.threads);
+        cross_bilateral<float>(
+            frame.radiance.view(), plain.view(),
+            {.kernel = 65, .sigma_spatial = 1, .sigma_illumination = 25, .form = BilateralForm::reuse_2d},
+            s.threads);
         const double other = row("E5", s, "plain bilateral", 10, plain);
-        expect(row("E5", s, "balanced", 10, clean(s, frame, {})) < other, "E5", "no better than a plain bilateral filter");
+        expect(row("E5", s, "balanced", 10, clean(s, frame, {})) < other, "E5",
+               "no better than a plain bilateral filter");
     }
 
     void separation(Subject& s) {
@@ -189,11 +205,14 @@ private:
             double along = 0, down = 0; // mean steps to the right and to the lower neighbour
             for (int y = 0; y + 1 < image.height(); ++y)
                 for (int x = 0; x + 1 < image.width(); ++x) {
-                    const Vec3f here = image.load(x, y), right = image.load(x + 1, y), below = image.load(x, y + 1);
+                    const Vec3f here = image.load(x, y), right = image.load(x + 1, y),
+                                below = image.load(x, y + 1);
                     along += double(std::abs(right.y - here.y)) / (0.1 + here.y);
                     down += double(std::abs(below.y - here.y)) / (0.1 + here.y);
                 }
-            if (!o_.json) std::printf("K1          %-8s %-22s steps along rows / columns %.3f\n", s.name.c_str(), form, along / down);
+            if (!o_.json)
+                std::printf("K1          %-8s %-22s steps along rows / columns %.3f\n", s.name.c_str(), form,
+                            along / down);
         }
     }
 
@@ -205,7 +224,9 @@ private:
             for (std::size_t i = 0; i < image.values().size(); ++i)
                 counts[spp == 100] += image.values()[i] > 2 * s.reference.values()[i] + 0.1f ? 1 : 0;
         }
-        if (!o_.json) std::printf("K4          %-8s values above twice the reference + 0.1: %d, then %d\n", s.name.c_str(), counts[0], counts[1]);
+        if (!o_.json)
+            std::printf("K4          %-8s values above twice the reference + 0.1: %d, then %d\n",
+                        s.name.c_str(), counts[0], counts[1]);
         expect(counts[1] <= counts[0], "K4", "more samples, more outliers");
     }
 
@@ -241,7 +262,8 @@ int main(int argc, char** argv) {
     CommandLine line("bench_experiments [options]");
     bool help = false;
     line.add("--pictures FOLDER", "writes every image as PNG (none)", [&](auto& v) { o.pictures = v; });
-    line.add("--reference N", "samples a pixel of the references (256)", [&](auto& v) { o.reference = int(to_integer(v, 1, 1 << 20)); });
+    line.add("--reference N", "samples a pixel of the references (256)",
+             [&](auto& v) { o.reference = int(to_integer(v, 1, 1 << 20)); });
     line.add("--quick", "small images of the builtin scenes", [&](auto&) { o.quick = true; });
     line.add("--json", "one object a line", [&](auto&) { o.json = true; });
     line.add("--help", "this text", [&](auto&) { help = true; });

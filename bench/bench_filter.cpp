@@ -1,5 +1,6 @@
-// The forms of the cross-bilateral filter, interleaved in one process with the naive program of the seed document and
-// the processor's rate of arithmetic: medians of time, of ratios, and whether each gives what it has to.
+// The forms of the cross-bilateral filter, interleaved in one process with the naive program of the seed
+// document and the processor's rate of arithmetic: medians of time, of ratios, and whether each gives what it
+// has to.
 #include "../examples/support/command_line.hpp"
 #include "seed_naive.hpp"
 #include <algorithm>
@@ -51,8 +52,8 @@ Frame synthetic(int width, int height) {
     return f;
 }
 
-/// A rendered image's, after the original's firefly rule. Pixels without a surface, whose position is infinite, lie far
-/// away: the original has no guard.
+/// A rendered image's, after the original's firefly rule. Pixels without a surface, whose position is
+/// infinite, lie far away: the original has no guard.
 Frame rendered(const std::string& file) {
     PixelData<float> data = frame_from_exr(read_exr(file));
     demodulate(data);
@@ -60,14 +61,16 @@ Frame rendered(const std::string& file) {
     for (auto* plane : {&data.illumination, &data.normal, &data.position})
         for (float& x : plane->values())
             if (!is_finite(x)) x = plane == &data.position ? 1e6f : 0.0f;
-    return {std::move(data.illumination), std::move(data.normal), std::move(data.position), std::move(data.material)};
+    return {std::move(data.illumination), std::move(data.normal), std::move(data.position),
+            std::move(data.material)};
 }
 
 /// The planes as shared/seed/baseline.cpp reads them.
 void dump(const Frame& f, const std::string& prefix) {
     const auto write = [&](const char* name, const std::vector<float>& values) {
         std::ofstream file(prefix + "_" + name + ".f32", std::ios::binary);
-        file.write(reinterpret_cast<const char*>(values.data()), std::streamsize(values.size() * sizeof(float)));
+        file.write(reinterpret_cast<const char*>(values.data()),
+                   std::streamsize(values.size() * sizeof(float)));
         require(bool(file), [&] { return "cannot write " + prefix + "_" + name + ".f32"; });
     };
     write("raw", f.illumination.values());
@@ -90,17 +93,21 @@ double weights_of(BilateralForm form, int width, int height, int kernel) {
     const double window = (line_weights(width, radius) + width) * (line_weights(height, radius) + height) -
                           double(width) * height;
     switch (form) {
-    case BilateralForm::naive_2d: return window;
-    case BilateralForm::reuse_2d: return window / 2;
-    case BilateralForm::separable: return rows + columns;
-    case BilateralForm::separable_reuse: return (rows + columns) / 2;
+    case BilateralForm::naive_2d:
+        return window;
+    case BilateralForm::reuse_2d:
+        return window / 2;
+    case BilateralForm::separable:
+        return rows + columns;
+    case BilateralForm::separable_reuse:
+        return (rows + columns) / 2;
     }
     return 0;
 }
 
 /// Operations of a lane a weight, an fma counted once, as the loops of feature.hpp, features.hpp, exp.hpp and
-/// bilateral_weights.hpp have them. Position and illumination: 3 differences, 3 fma each; normal: 4 fma; material: equal,
-/// and, +; exponential: min, fma, -, 6 fma, shift, *; and 4 fma for each pixel summed to.
+/// bilateral_weights.hpp have them. Position and illumination: 3 differences, 3 fma each; normal: 4 fma;
+/// material: equal, and, +; exponential: min, fma, -, 6 fma, shift, *; and 4 fma for each pixel summed to.
 double operations_of(BilateralForm form) {
     const bool twice = form == BilateralForm::reuse_2d || form == BilateralForm::separable_reuse;
     return 6 + 6 + 4 + 3 + 11 + (twice ? 8 : 4);
@@ -137,8 +144,9 @@ double naive_ms(SeedNaive& naive) {
             taps += naive.filter(std::clamp(x, 0, naive.width - 1), (naive.height - 1) * (place / 4 + 1) / 4);
         }
     const double a_tap = (seconds() - start) / double(taps);
-    return 1e3 * a_tap * (weights_of(BilateralForm::naive_2d, naive.width, naive.height, 2 * naive.radius + 1) +
-                          double(naive.width) * naive.height);
+    return 1e3 * a_tap *
+           (weights_of(BilateralForm::naive_2d, naive.width, naive.height, 2 * naive.radius + 1) +
+            double(naive.width) * naive.height);
 }
 
 double largest_difference(const Plane<float, 3>& a, const Plane<float, 3>& b) {
@@ -160,7 +168,7 @@ struct Variant {
     BilateralForm form = BilateralForm::naive_2d;
     std::string must_equal{}; ///< the variant whose result it has to give
     double tolerance = 0;
-    int every = 1;            ///< rounds from one run to the next
+    int every = 1; ///< rounds from one run to the next
     std::vector<double> ms{}, to_naive{};
     Plane<float, 3> result{};
 };
@@ -204,35 +212,43 @@ int run(const Options& o) {
             v.result.allocate(width, height);
             const double start = seconds();
             cross_bilateral<float>(frame.illumination.view(), v.result.view(),
-                                   {.kernel = o.kernel, .sigma_spatial = 0, .sigma_illumination = sigma_illumination,
-                                    .second_pass_factor = 1.0 / 3, .form = v.form},
+                                   {.kernel = o.kernel,
+                                    .sigma_spatial = 0,
+                                    .sigma_illumination = sigma_illumination,
+                                    .second_pass_factor = 1.0 / 3,
+                                    .form = v.form},
                                    threads, position, normal, material);
             v.ms.push_back(1e3 * (seconds() - start));
             v.to_naive.push_back(naives.back() / v.ms.back());
         }
     }
     bool wrong = false;
-    const auto print = [&](const std::string& name, double ms, double ratio, double weights, double share, bool good) {
+    const auto print = [&](const std::string& name, double ms, double ratio, double weights, double share,
+                           bool good) {
         wrong = wrong || !good;
         if (o.json)
-            std::printf("{\"bench\": \"filter\", \"variant\": \"%s\", \"width\": %d, \"height\": %d, \"kernel\": %d, "
-                        "\"threads\": %u, \"ms\": %.6g, \"ratio_to_naive\": %.6g, \"weights_evaluated\": %.0f, "
-                        "\"share_of_floor\": %.3g, \"wrong\": %s}\n",
-                        name.c_str(), width, height, o.kernel, o.threads, ms, ratio, weights, share, good ? "false" : "true");
+            std::printf(
+                "{\"bench\": \"filter\", \"variant\": \"%s\", \"width\": %d, \"height\": %d, \"kernel\": %d, "
+                "\"threads\": %u, \"ms\": %.6g, \"ratio_to_naive\": %.6g, \"weights_evaluated\": %.0f, "
+                "\"share_of_floor\": %.3g, \"wrong\": %s}\n",
+                name.c_str(), width, height, o.kernel, o.threads, ms, ratio, weights, share,
+                good ? "false" : "true");
         else
-            std::printf("%-22s %10.2f ms %9.1fx %14.0f weights  %5.1f %% of the floor%s\n", name.c_str(), ms, ratio, weights,
-                        100 * share, good ? "" : "   WRONG");
+            std::printf("%-22s %10.2f ms %9.1fx %14.0f weights  %5.1f %% of the floor%s\n", name.c_str(), ms,
+                        ratio, weights, 100 * share, good ? "" : "   WRONG");
     };
     if (!o.json) std::printf("peak %.1f G lane-fma/s a core\n", median(peaks) / 1e9);
     const double naive_weights = weights_of(BilateralForm::naive_2d, width, height, o.kernel);
     print("seed_naive_extrapolated", median(naives), 1, naive_weights, 0, true);
     for (const Variant& v : variants) {
         const double weights = weights_of(v.form, width, height, o.kernel);
-        const double share = weights * operations_of(v.form) / (median(peaks) * o.threads) / (median(v.ms) / 1e3);
+        const double share =
+            weights * operations_of(v.form) / (median(peaks) * o.threads) / (median(v.ms) / 1e3);
         bool good = true;
         for (const float x : v.result.values()) good = good && is_finite(x);
         for (const Variant& other : variants)
-            if (other.name == v.must_equal) good = good && largest_difference(v.result, other.result) <= v.tolerance;
+            if (other.name == v.must_equal)
+                good = good && largest_difference(v.result, other.result) <= v.tolerance;
         if (v.form == BilateralForm::naive_2d) // and the baseline did the same work
             for (int i = 0; i < 48; ++i) {
                 const std::size_t at = std::size_t((height - 1) / 4 * width + i);
@@ -270,9 +286,12 @@ int main(int argc, char** argv) {
         o.kernel = int(to_integer(v, 1, 1023));
         if (o.kernel % 2 == 0) throw UsageError("must be odd");
     });
-    line.add("--dump PREFIX", "writes the planes for shared/seed/baseline.cpp, and measures nothing", [&](auto& v) { o.dump = v; });
-    line.add("--threads N", "of the forms; the naive program has one (1)", [&](auto& v) { o.threads = unsigned(to_integer(v, 1, 4096)); });
-    line.add("--rounds N", "of the separable forms; reuse_2d runs in every fifth, naive_2d once (5)", [&](auto& v) { o.rounds = int(to_integer(v, 1, 1000)); });
+    line.add("--dump PREFIX", "writes the planes for shared/seed/baseline.cpp, and measures nothing",
+             [&](auto& v) { o.dump = v; });
+    line.add("--threads N", "of the forms; the naive program has one (1)",
+             [&](auto& v) { o.threads = unsigned(to_integer(v, 1, 4096)); });
+    line.add("--rounds N", "of the separable forms; reuse_2d runs in every fifth, naive_2d once (5)",
+             [&](auto& v) { o.rounds = int(to_integer(v, 1, 1000)); });
     line.add("--quick", "320x180, 3 rounds", [&](auto&) { o.quick = true; });
     line.add("--json", "one object a line", [&](auto&) { o.json = true; });
     line.add("--help", "this text", [&](auto&) { help = true; });

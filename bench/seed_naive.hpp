@@ -1,6 +1,7 @@
 #pragma once
-// The seed document's filter as a first program writes it: a struct a pixel, four exponentials a pair of pixels, no
-// vectors. The base of the ratios in bench_filter, measured within a few per cent of shared/seed/baseline.cpp.
+// The seed document's filter as a first program writes it: a struct a pixel, four exponentials a pair of
+// pixels, no vectors. The base of the ratios in bench_filter, measured within a few per cent of
+// shared/seed/baseline.cpp.
 #include <algorithm>
 #include <cmath>
 #include <lambent/film/pixel_data.hpp>
@@ -26,8 +27,9 @@ struct SeedNaive {
         };
         const float turn =
             1 - (a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1] + a.normal[2] * b.normal[2]);
-        return gauss(sigma_illumination, squared(a.illumination, b.illumination)) * gauss(2, squared(a.position, b.position)) *
-               gauss(0.5f, turn * turn) * gauss(0.5f, a.material == b.material ? 0.0f : 1.0f);
+        return gauss(sigma_illumination, squared(a.illumination, b.illumination)) *
+               gauss(2, squared(a.position, b.position)) * gauss(0.5f, turn * turn) *
+               gauss(0.5f, a.material == b.material ? 0.0f : 1.0f);
     }
 
     /// Filters pixel (x, y); gives the number of taps.
@@ -38,7 +40,8 @@ struct SeedNaive {
         for (int v = std::max(0, y - radius); v <= std::min(height - 1, y + radius); ++v)
             for (int u = std::max(0, x - radius); u <= std::min(width - 1, x + radius); ++u) {
                 const Pixel& b = pixels[std::size_t(v * width + u)];
-                const float w = spatial[std::size_t(std::abs(u - x))] * spatial[std::size_t(std::abs(v - y))] * weight(a, b);
+                const float w = spatial[std::size_t(std::abs(u - x))] *
+                                spatial[std::size_t(std::abs(v - y))] * weight(a, b);
                 weights += w;
                 for (int c = 0; c < 3; ++c) sums[c] += w * b.illumination[c];
                 ++taps;

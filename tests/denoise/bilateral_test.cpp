@@ -130,7 +130,8 @@ TEST_CASE("F8, F9, F10: a pixel weighs 65 + 65 taps instead of 65 * 65, its own 
     CHECK(2 * (line_pairs.first + line_pairs.second) == separable.first + separable.second);
 }
 
-TEST_CASE("F9: along lines, re-used weights give the same bits; F10: over windows the same but for rounding") {
+TEST_CASE(
+    "F9: along lines, re-used weights give the same bits; F10: over windows the same but for rounding") {
     for (const auto& size : {std::pair{97, 73}, {300, 5}, {5, 300}, {17, 1}, {1, 17}}) {
         const int width = size.first, height = size.second;
         CAPTURE(width);
@@ -147,8 +148,8 @@ TEST_CASE("F9: along lines, re-used weights give the same bits; F10: over window
 TEST_CASE("float gives what double gives, to 1e-5") {
     const Planes<float> planes = random_planes<float>(150, 40, 21);
     for (const auto form : all_forms)
-        CHECK(largest_relative_difference(filter(planes, seed_options(form)), filter(widened(planes), seed_options(form))) <
-              1e-5);
+        CHECK(largest_relative_difference(filter(planes, seed_options(form)),
+                                          filter(widened(planes), seed_options(form))) < 1e-5);
 }
 
 TEST_CASE("a window takes its taps from outside and leaves the rest alone") {
@@ -157,13 +158,15 @@ TEST_CASE("a window takes its taps from outside and leaves the rest alone") {
         CrossBilateralOptions options = seed_options(form);
         options.kernel = 21;
         const auto whole = filter(planes, options);
-        for (const PixelWindow& window : {PixelWindow{0, 0, 90, 60}, {30, 17, 63, 40}, {0, 50, 11, 60}, {89, 0, 90, 1}}) {
+        for (const PixelWindow& window :
+             {PixelWindow{0, 0, 90, 60}, {30, 17, 63, 40}, {0, 50, 11, 60}, {89, 0, 90, 1}}) {
             CAPTURE(window.x0);
             CAPTURE(int(form));
             options.window = window;
             const auto part = filter(planes, options);
             // Lines give the same bits; windows sum in another order.
-            const float tolerance = form == BilateralForm::naive_2d || form == BilateralForm::reuse_2d ? 1e-5f : 0.0f;
+            const float tolerance =
+                form == BilateralForm::naive_2d || form == BilateralForm::reuse_2d ? 1e-5f : 0.0f;
             int wrong = 0;
             for (int y = 0; y < 60; ++y)
                 for (int x = 0; x < 90; ++x) {
@@ -173,7 +176,8 @@ TEST_CASE("a window takes its taps from outside and leaves the rest alone") {
                 }
             CHECK(wrong == 0);
         }
-        for (const PixelWindow& window : {PixelWindow{-1, 0, 4, 4}, {0, 0, 91, 4}, {0, 0, 4, 61}, {4, 4, 4, 8}, {8, 8, 4, 9}}) {
+        for (const PixelWindow& window :
+             {PixelWindow{-1, 0, 4, 4}, {0, 0, 91, 4}, {0, 0, 4, 61}, {4, 4, 4, 8}, {8, 8, 4, 9}}) {
             options.window = window;
             CHECK_THROWS_AS(filter(planes, options), Error);
         }
@@ -198,12 +202,18 @@ TEST_CASE("planar, interleaved and padded buffers give the same bits") {
                 p.material = planes.material.load(x, y);
             }
     constexpr std::ptrdiff_t pixel = sizeof(Pixel) / sizeof(float);
-    const auto view = [&](float* first) { return rgb_view(first, 61, 43, {.pixel = pixel, .row = 64 * pixel}); };
+    const auto view = [&](float* first) {
+        return rgb_view(first, 61, 43, {.pixel = pixel, .row = 64 * pixel});
+    };
     SerialExecutor serial;
-    for (const auto& color : {view(pixels[0].color), rgb_view(planar.data(), 61, 43, {.pixel = 1, .row = 61, .channel = 61 * 43})}) {
-        cross_bilateral<float>(color, view(pixels[0].out), seed_options(BilateralForm::separable_reuse), serial,
-                               DistanceFeature<float>(view(pixels[0].position), 2), NormalFeature<float>(view(pixels[0].normal), 0.5),
-                               IdentityFeature<float>(scalar_view(&pixels[0].material, 61, 43, {.pixel = pixel, .row = 64 * pixel}), 0.5));
+    for (const auto& color : {view(pixels[0].color),
+                              rgb_view(planar.data(), 61, 43, {.pixel = 1, .row = 61, .channel = 61 * 43})}) {
+        cross_bilateral<float>(
+            color, view(pixels[0].out), seed_options(BilateralForm::separable_reuse), serial,
+            DistanceFeature<float>(view(pixels[0].position), 2),
+            NormalFeature<float>(view(pixels[0].normal), 0.5),
+            IdentityFeature<float>(
+                scalar_view(&pixels[0].material, 61, 43, {.pixel = pixel, .row = 64 * pixel}), 0.5));
         for (int y = 0; y < 43; ++y)
             for (int x = 0; x < 61; ++x) REQUIRE(view(pixels[0].out).load(x, y) == expected.load(x, y));
     }

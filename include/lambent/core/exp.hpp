@@ -1,8 +1,8 @@
 #pragma once
-#include <lambent/core/simd.hpp>
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <lambent/core/simd.hpp>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -11,7 +11,8 @@ namespace detail {
 template <class T> struct ExpConstants;
 template <> struct ExpConstants<float> {
     static constexpr float lowest = -88.029691932f; ///< -127 ln 2, from where on the scale's exponent is 0
-    static constexpr float shifter = 12582912.0f + 127; ///< 1.5 · 2^23 + bias: adding it leaves n + bias in the low bits
+    static constexpr float shifter =
+        12582912.0f + 127; ///< 1.5 · 2^23 + bias: adding it leaves n + bias in the low bits
     static constexpr int mantissa = 23;
     /// 2^f on [-1/2, 1/2] with 2^0 = 1 exactly, relative error below 9.2e-8: minimax, f^5 first.
     static constexpr std::array<float, 6> power = {0.001326474261f, 0.00967151802f, 0.05550733756f,
@@ -31,8 +32,8 @@ template <> struct ExpConstants<double> {
 } // namespace detail
 
 namespace detail {
-/// x[k] = 2^(x[k] · scale) for products from lowest · log2 e to 0. Step by step for all k: a chain of operations that
-/// wait for each other fills a processor's queue, several side by side keep it busy.
+/// x[k] = 2^(x[k] · scale) for products from lowest · log2 e to 0. Step by step for all k: a chain of
+/// operations that wait for each other fills a processor's queue, several side by side keep it busy.
 template <std::size_t K, class T, int N>
 [[gnu::always_inline]] inline void powers_of_two(Pack<T, N>* x, T scale) {
     using C = ExpConstants<T>;
@@ -51,7 +52,8 @@ template <std::size_t K, class T, int N>
 #pragma GCC unroll 8
         for (std::size_t k = 0; k < K; ++k) power[k] = multiply_add(power[k], x[k], P(C::power[i]));
 #pragma GCC unroll 8
-    for (std::size_t k = 0; k < K; ++k) x[k] = power[k] * P((typename P::Vector)((Bits)shifted[k].v << C::mantissa));
+    for (std::size_t k = 0; k < K; ++k)
+        x[k] = power[k] * P((typename P::Vector)((Bits)shifted[k].v << C::mantissa));
 }
 inline constexpr double log2_e = 1.4426950408889634074;
 } // namespace detail
@@ -66,13 +68,14 @@ inline Pack<T, N> exp_of_negative(Pack<T, N> x) {
     return x;
 }
 
-/// x[k] = e^(-x[k]/2) of every lane, for x >= 0 and K packs: the Gaussian of a squared distance in sigmas. As exact as
-/// exp_of_negative, with an operation less each; infinity and NaN give 0.
+/// x[k] = e^(-x[k]/2) of every lane, for x >= 0 and K packs: the Gaussian of a squared distance in sigmas. As
+/// exact as exp_of_negative, with an operation less each; infinity and NaN give 0.
 template <std::size_t K, class T, int N>
 [[gnu::always_inline]] inline void gaussians(Pack<T, N>* x) {
     Pack<T, N> limited[K];
 #pragma GCC unroll 8
-    for (std::size_t k = 0; k < K; ++k) limited[k] = min(x[k], Pack<T, N>(T(-2) * detail::ExpConstants<T>::lowest));
+    for (std::size_t k = 0; k < K; ++k)
+        limited[k] = min(x[k], Pack<T, N>(T(-2) * detail::ExpConstants<T>::lowest));
     detail::powers_of_two<K>(limited, T(-0.5 * detail::log2_e));
 #pragma GCC unroll 8
     for (std::size_t k = 0; k < K; ++k) x[k] = limited[k];

@@ -1,15 +1,16 @@
 #pragma once
-#include <lambent/core/exp.hpp>
-#include <lambent/core/memory.hpp>
-#include <lambent/denoise/feature.hpp>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <lambent/core/exp.hpp>
+#include <lambent/core/memory.hpp>
+#include <lambent/denoise/feature.hpp>
 #include <vector>
 
-/// What the four forms of the cross-bilateral filter share: packs of pixels, and the weights of two packs at a time.
-/// Weights are made in short runs that stay in the first cache: one loop a feature, one for the exponential, one to
-/// sum. A processor's registers hold both packs' numbers for one feature, not for all of them.
+/// What the four forms of the cross-bilateral filter share: packs of pixels, and the weights of two packs at
+/// a time. Weights are made in short runs that stay in the first cache: one loop a feature, one for the
+/// exponential, one to sum. A processor's registers hold both packs' numbers for one feature, not for all of
+/// them.
 namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
@@ -46,8 +47,8 @@ struct WeightedSum {
     }
 };
 
-/// Packs of pixels one after the other, `step` elements apart: a pack's numbers lie together, so that they share pages
-/// and spread over a cache's lines.
+/// Packs of pixels one after the other, `step` elements apart: a pack's numbers lie together, so that they
+/// share pages and spread over a cache's lines.
 template <class T>
 struct PackedPixels {
     using P = FeaturePack<T>;
@@ -56,16 +57,21 @@ struct PackedPixels {
 
     /// The numbers of a pixel: 4 channels, whether it is usable, its features.
     static int numbers(const FeatureList<T>& features) { return 5 + features.channels(); }
-    T* values(int i) const { return data + i * step; }                     ///< 4 channels
-    T* usable(int i) const { return data + i * step + 4 * P::width; }      ///< 1 or 0: whether all features are finite
-    T* features(int i) const { return data + i * step + 5 * P::width; }    ///< as FeatureList::import writes them
+    T* values(int i) const { return data + i * step; } ///< 4 channels
+    T* usable(int i) const {
+        return data + i * step + 4 * P::width;
+    } ///< 1 or 0: whether all features are finite
+    T* features(int i) const {
+        return data + i * step + 5 * P::width;
+    } ///< as FeatureList::import writes them
     WeightedSum<T> value(int i) const { return WeightedSum<T>::load(values(i)); }
 
     /// Sets `usable` of packs [first, last); empties pixels that are not.
     void drop_non_finite(int channels, int first, int last) const {
         for (int i = first; i < last; ++i) {
             auto finite = is_finite(P(T(0)));
-            for (int c = 0; c < channels; ++c) finite = finite & is_finite(P::load(features(i) + c * P::width));
+            for (int c = 0; c < channels; ++c)
+                finite = finite & is_finite(P::load(features(i) + c * P::width));
             if (!all(finite))
                 for (int c = 0; c < 5 + channels; ++c) {
                     T* const number = values(i) + c * P::width;
@@ -86,8 +92,8 @@ public:
     PairOfPacks(const FeatureList<T>& features, int taps)
         : features_(features), weights_a_(std::size_t(taps)), weights_b_(std::size_t(taps)) {}
 
-    /// The weights exp(-½ distance²) of packs a and a + 1 of `pixels` with the taps of `runs`; spatial_a[k] is the squared
-    /// spatial distance of a's k-th tap.
+    /// The weights exp(-½ distance²) of packs a and a + 1 of `pixels` with the taps of `runs`; spatial_a[k]
+    /// is the squared spatial distance of a's k-th tap.
     void weigh(const PackedPixels<T>& pixels, int a, const PackedPixels<T>& taps, const TapRuns& runs,
                const T* spatial_a, const T* spatial_b) {
         runs_ = runs;
@@ -105,8 +111,12 @@ public:
         const auto take = [first = taps.values(0), step = taps.step](int t, auto&& add) {
             for (int c = 0; c < 4; ++c) add(P::load(first + t * step + c * P::width), c);
         };
-        const auto to_a = [&](int t, P value, int c) { a.channel[c] = multiply_add(weight_a[t], value, a.channel[c]); };
-        const auto to_b = [&](int t, P value, int c) { b.channel[c] = multiply_add(weight_b[t], value, b.channel[c]); };
+        const auto to_a = [&](int t, P value, int c) {
+            a.channel[c] = multiply_add(weight_a[t], value, a.channel[c]);
+        };
+        const auto to_b = [&](int t, P value, int c) {
+            b.channel[c] = multiply_add(weight_b[t], value, b.channel[c]);
+        };
         runs_.for_each([&](int t) { take(t, [&](P value, int c) { to_a(t, value, c); }); },
                        [&](int t) { take(t, [&](P value, int c) { to_a(t, value, c), to_b(t, value, c); }); },
                        [&](int t) { take(t, [&](P value, int c) { to_b(t, value, c); }); });
@@ -125,8 +135,12 @@ public:
                 added(P::load(sum), c).store(sum);
             }
         };
-        const auto from_a = [&](int t, P sum, int c) { return multiply_add(weight_a[t], value_a.channel[c], sum); };
-        const auto from_b = [&](int t, P sum, int c) { return multiply_add(weight_b[t], value_b.channel[c], sum); };
+        const auto from_a = [&](int t, P sum, int c) {
+            return multiply_add(weight_a[t], value_a.channel[c], sum);
+        };
+        const auto from_b = [&](int t, P sum, int c) {
+            return multiply_add(weight_b[t], value_b.channel[c], sum);
+        };
         runs_.for_each([&](int t) { give(t, [&](P sum, int c) { return from_a(t, sum, c); }); },
                        [&](int t) { give(t, [&](P sum, int c) { return from_b(t, from_a(t, sum, c), c); }); },
                        [&](int t) { give(t, [&](P sum, int c) { return from_b(t, sum, c); }); });
@@ -145,16 +159,16 @@ private:
     std::vector<P, LargePageAllocator<P>> weights_a_, weights_b_;
 };
 
-/// Writes a pack's means: store(lane, rgb, filtered) for `count` lanes, `filtered` false where nothing usable was in
-/// reach and where the pixel's own features are not finite.
+/// Writes a pack's means: store(lane, rgb, filtered) for `count` lanes, `filtered` false where nothing usable
+/// was in reach and where the pixel's own features are not finite.
 template <class T, class Store>
 void store_means(const WeightedSum<T>& sum, const T* usable, int count, Store&& store) {
     using P = FeaturePack<T>;
-    T mean[4][std::size_t(P::width)];
+    T mean[3][std::size_t(P::width)];
     for (int c = 0; c < 3; ++c) (sum.channel[c] / sum.channel[3]).store(mean[c]);
-    sum.channel[3].store(mean[3]);
+    const unsigned filtered = bits((P::load(usable) > P(T(0))) & (sum.channel[3] > P(T(0))));
     for (int l = 0; l < count; ++l)
-        store(l, Vec3<T>(mean[0][l], mean[1][l], mean[2][l]), usable[l] != 0 && mean[3][l] > 0);
+        store(l, Vec3<T>(mean[0][l], mean[1][l], mean[2][l]), (filtered >> l & 1u) != 0);
 }
 
 } // namespace detail

@@ -1,10 +1,10 @@
 #pragma once
-#include <lambent/core/parallel.hpp>
-#include <lambent/denoise/bilateral_weights.hpp>
-#include <lambent/film/region.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <cstdlib>
+#include <lambent/core/parallel.hpp>
+#include <lambent/denoise/bilateral_weights.hpp>
+#include <lambent/film/region.hpp>
 #include <memory>
 #include <vector>
 
@@ -13,8 +13,9 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
 
-/// Rows cut into as many segments as a register has lanes: lane l of pack i is pixel x0 + l · segment + i - radius. So
-/// the taps along a row are packs side by side, and those past a segment's ends are there once more.
+/// Rows cut into as many segments as a register has lanes: lane l of pack i is pixel x0 + l · segment + i -
+/// radius. So the taps along a row are packs side by side, and those past a segment's ends are there once
+/// more.
 template <class T>
 class WindowPlanes {
 public:
@@ -24,10 +25,12 @@ public:
     template <Executor E, class Load>
     WindowPlanes(int width, int height, const PixelWindow& window, const std::vector<T>& kernel,
                  const FeatureList<T>& features, E& executor, Load&& load)
-        : features_(features), radius_(int(kernel.size()) / 2), window_(window), y_begin_(std::max(0, window.y0 - radius_)),
-          y_end_(std::min(height, window.y1 + radius_)), segment_((window.width() + P::width - 1) / P::width),
+        : features_(features), radius_(int(kernel.size()) / 2), window_(window),
+          y_begin_(std::max(0, window.y0 - radius_)), y_end_(std::min(height, window.y1 + radius_)),
+          segment_((window.width() + P::width - 1) / P::width),
           center_(kernel[kernel.size() / 2] * kernel[kernel.size() / 2]),
-          step_(P::width * PackedPixels<T>::numbers(features)), row_(step_ * (packs() + 1)), memory_(std::size_t(row_) * std::size_t(y_end_ - y_begin_), T(0)) {
+          step_(P::width * PackedPixels<T>::numbers(features)), row_(step_ * (packs() + 1)),
+          memory_(std::size_t(row_) * std::size_t(y_end_ - y_begin_), T(0)) {
         const std::vector<T> distances = squared_distances(kernel);
         for (int dy = 0; dy <= radius_; ++dy)
             for (const T d : distances) spatial_.push_back(distances[std::size_t(radius_ + dy)] + d);
@@ -41,7 +44,8 @@ public:
                     features_.import(x0, y, x1 - x0, {32, 0}, to.features(x0 - from) + l, step_);
                     for (int x = x0; x < x1; ++x) {
                         const Homogeneous<T> value = load(x, y);
-                        for (int c = 0; c < 4; ++c) to.values(x - from)[c * P::width + l] = value[std::size_t(c)];
+                        for (int c = 0; c < 4; ++c)
+                            to.values(x - from)[c * P::width + l] = value[std::size_t(c)];
                     }
                 }
             for (int y = y_begin_ + int(begin); y < y_begin_ + int(end); ++y)
@@ -54,10 +58,12 @@ public:
     int radius() const { return radius_; }
     int y_begin() const { return y_begin_; } ///< rows with pixels: [y_begin, y_end)
     int y_end() const { return y_end_; }
-    int first() const { return radius_; }            ///< packs [first, last) hold the window's pixels
+    int first() const { return radius_; } ///< packs [first, last) hold the window's pixels
     int last() const { return radius_ + segment_; }
     int packs() const { return segment_ + 2 * radius_; }
-    PackedPixels<T> row(int y) const { return {const_cast<T*>(memory_.data()) + (y - y_begin_) * row_, step_}; }
+    PackedPixels<T> row(int y) const {
+        return {const_cast<T*>(memory_.data()) + (y - y_begin_) * row_, step_};
+    }
     /// The squared spatial distances of the taps `dy` rows away, from the one `dx` columns off on.
     const T* spatial(int dy, int dx) const {
         return spatial_.data() + std::abs(dy) * (2 * radius_ + 1) + radius_ + dx;
@@ -76,9 +82,11 @@ private:
     std::vector<T> spatial_;
 };
 
-/// Weighs packs a and a + 1 (if it is before `last`) of row y with columns [first, last) relative to each, in row v.
+/// Weighs packs a and a + 1 (if it is before `last`) of row y with columns [first, last) relative to each, in
+/// row v.
 template <class T>
-void weigh_row(PairOfPacks<T>& pair, const WindowPlanes<T>& planes, int a, int y, int v, int first, int last) {
+void weigh_row(PairOfPacks<T>& pair, const WindowPlanes<T>& planes, int a, int y, int v, int first,
+               int last) {
     const bool both = a + 1 < planes.last();
     const TapRuns runs{a + first, a + last, both ? a + 1 + first : a + last, both ? a + 1 + last : a + last};
     const T* const spatial = planes.spatial(v - y, first);
@@ -102,7 +110,8 @@ struct WindowSums {
         total.store(to.values(pack));
     }
     /// sums[pack] += the taps of a and a + 1 that `pair` has weighed.
-    static void gather(const PackedPixels<T>& to, const PairOfPacks<T>& pair, const PackedPixels<T>& taps, int a) {
+    static void gather(const PackedPixels<T>& to, const PairOfPacks<T>& pair, const PackedPixels<T>& taps,
+                       int a) {
         WeightedSum<T> sum_a, sum_b;
         pair.gather(taps, sum_a, sum_b);
         add(to, a, sum_a);
@@ -134,24 +143,28 @@ void filter_window(const WindowPlanes<T>& planes, E& executor, Store&& store) {
                     sums.gather(sums.row(0), pair, planes.row(v), a);
                 }
             };
-            for (int v = std::max(planes.y_begin(), y - radius); v < std::min(planes.y_end(), y + radius + 1); ++v)
+            for (int v = std::max(planes.y_begin(), y - radius); v < std::min(planes.y_end(), y + radius + 1);
+                 ++v)
                 if (v != y) add(v, -radius, radius + 1);
             add(y, -radius, 0);
             add(y, 1, radius + 1);
             sums.add_centers(sums.row(0), planes, y);
             for (int i = planes.first(); i < planes.last(); ++i)
-                store_means(sums.row(0).value(i), planes.row(y).usable(i), P::width, [&](int l, const Vec3<T>& mean, bool filtered) {
-                    if (const int x = planes.column(i, l); x < window.x1) store(x, y, mean, filtered);
-                });
+                store_means(sums.row(0).value(i), planes.row(y).usable(i), P::width,
+                            [&](int l, const Vec3<T>& mean, bool filtered) {
+                                if (const int x = planes.column(i, l); x < window.x1)
+                                    store(x, y, mean, filtered);
+                            });
         }
     });
 }
 
-/// Every unordered pair is weighed once: each pixel weighs those to its right and those in the rows below, the
-/// half of its window, and adds to both. (A quarter, right and below, never meets the pairs that lie the other
-/// way: it is another kernel, off by up to a fifth.) Bands of rows, whose height depends on the kernel alone,
-/// add to sums of their own that reach `radius` rows further; these overlaps are then added in band order, so
-/// any number of threads gives the same bits. The planes' window has to hold all taps of the pixels one wants.
+/// Every unordered pair is weighed once: each pixel weighs those to its right and those in the rows below,
+/// the half of its window, and adds to both. (A quarter, right and below, never meets the pairs that lie the
+/// other way: it is another kernel, off by up to a fifth.) Bands of rows, whose height depends on the kernel
+/// alone, add to sums of their own that reach `radius` rows further; these overlaps are then added in band
+/// order, so any number of threads gives the same bits. The planes' window has to hold all taps of the pixels
+/// one wants.
 template <class T, Executor E, class Store>
 void filter_window_pairs(const WindowPlanes<T>& planes, E& executor, Store&& store) {
     using P = FeaturePack<T>;

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <lambent/denoise/bilateral_lines.hpp>
 #include <lambent/denoise/bilateral_window.hpp>
 #include <lambent/denoise/despike.hpp>
@@ -6,7 +7,6 @@
 #include <lambent/denoise/gaussian.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <lambent/film/region.hpp>
-#include <algorithm>
 #include <limits>
 #include <optional>
 #include <string>
@@ -34,7 +34,7 @@ struct CrossBilateralOptions {
     double second_pass_factor = 1;  ///< on sigma_illumination in the second pass of the separable forms
     BilateralForm form = BilateralForm::separable_reuse;
     SecondPassGuide guide = SecondPassGuide::first_pass;
-    PixelWindow window{};           ///< the pixels to filter, with taps from all of the image; default: all
+    PixelWindow window{}; ///< the pixels to filter, with taps from all of the image; default: all
 };
 
 namespace detail {
@@ -54,17 +54,18 @@ inline void check(const CrossBilateralOptions& o) {
 inline PixelWindow checked_window(const PixelWindow& window, int width, int height) {
     if (window == PixelWindow{}) return {0, 0, width, height};
     require(!window.empty() && window.inside(width, height), [&] {
-        return "cross_bilateral: the window [" + std::to_string(window.x0) + ", " + std::to_string(window.x1) + ") x [" +
-               std::to_string(window.y0) + ", " + std::to_string(window.y1) + ") is not within the image of " +
-               std::to_string(width) + " x " + std::to_string(height);
+        return "cross_bilateral: the window [" + std::to_string(window.x0) + ", " +
+               std::to_string(window.x1) + ") x [" + std::to_string(window.y0) + ", " +
+               std::to_string(window.y1) + ") is not within the image of " + std::to_string(width) + " x " +
+               std::to_string(height);
     });
     return window;
 }
 
 /// `window` and `radius` pixels around, as far as the image goes.
 inline PixelWindow with_halo(const PixelWindow& window, int radius, int width, int height) {
-    return {std::max(0, window.x0 - radius), std::max(0, window.y0 - radius), std::min(width, window.x1 + radius),
-            std::min(height, window.y1 + radius)};
+    return {std::max(0, window.x0 - radius), std::max(0, window.y0 - radius),
+            std::min(width, window.x1 + radius), std::min(height, window.y1 + radius)};
 }
 } // namespace detail
 
@@ -76,13 +77,16 @@ inline PixelWindow with_halo(const PixelWindow& window, int radius, int width, i
 /// shape   image, out and features: width × height each; `out` may be the very view of `image`
 /// space   linear light; illumination with the albedo divided out keeps textures sharp
 /// border  taps outside are left out and the rest renormalised: a constant image is a fixed point
-/// nan     a pixel that is not finite gives nothing to others and takes its neighbours' value; one with a feature
+/// nan     a pixel that is not finite gives nothing to others and takes its neighbours' value; one with a
+/// feature
 ///         that is not finite gives nothing and stays; no effect reaches further than the kernel's radius
-/// window  separable forms give the bits that the whole image would have there; give the next tile the same image
-/// threads the same bits for any executor: rows, columns or bands of fixed height are owned by one thread
-/// throws  lambent::Error on a bad option or unequal sizes, before anything is written
-/// cost    see BilateralForm; one exponential a weight; memory: 4 numbers a pixel (separable forms), else
-///         5 + the features' channels
+/// window  separable forms give the bits that the whole image would have there; give the next tile the same
+/// image threads the same bits for any executor: rows, columns or bands of fixed height are owned by one
+/// thread throws  lambent::Error on a bad option or unequal sizes, before anything is written cost    see
+/// BilateralForm; one exponential a weight. Memory: 4 numbers a pixel (separable forms), else 5 + the
+/// features'
+///         channels, and 8 more with re-use; windows are laid out in segments, so narrow images take a few
+///         times that
 template <std::floating_point T, Executor E, PixelFeature... Features>
 void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& out,
                      const CrossBilateralOptions& options, E& executor, const Features&... features) {
@@ -133,21 +137,25 @@ void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& 
     }
     if (options.form == BilateralForm::reuse_2d) {
         const detail::WindowPlanes<T> planes(width, height, seen, kernel, with_light, executor, load);
-        return detail::filter_window_pairs(planes, executor, [&](int x, int y, const Vec3<T>& mean, bool filtered) {
-            if (x >= window.x0 && x < window.x1 && y >= window.y0 && y < window.y1) store(x, y, mean, filtered);
-        });
+        return detail::filter_window_pairs(
+            planes, executor, [&](int x, int y, const Vec3<T>& mean, bool filtered) {
+                if (x >= window.x0 && x < window.x1 && y >= window.y0 && y < window.y1)
+                    store(x, y, mean, filtered);
+            });
     }
 
     using detail::LineDirection;
-    const auto use = options.form == BilateralForm::separable_reuse ? detail::WeightUse::twice : detail::WeightUse::once;
+    const auto use =
+        options.form == BilateralForm::separable_reuse ? detail::WeightUse::twice : detail::WeightUse::once;
     const PixelWindow first_window{window.x0, seen.y0, window.x1, seen.y1};
     Plane<T, 4> first(width, height);
     const auto rows = first.view();
-    detail::filter_lines(LineDirection::rows, use, width, height, first_window, kernel, with_light, executor, load,
-                         [&](int x, int y) { image.prefetch(x, y); },
-                         [&](int x, int y, const Vec3<T>& mean, bool filtered) {
-                             rows.store(x, y, {filtered ? mean : guide.load(x, y), filtered ? T(1) : T(0)});
-                         });
+    detail::filter_lines(
+        LineDirection::rows, use, width, height, first_window, kernel, with_light, executor, load,
+        [&](int x, int y) { image.prefetch(x, y); },
+        [&](int x, int y, const Vec3<T>& mean, bool filtered) {
+            rows.store(x, y, {filtered ? mean : guide.load(x, y), filtered ? T(1) : T(0)});
+        });
     const PixelView<const T, 3> first_rgb(rows.data(), width, height, {.pixel = 4});
     const DistanceFeature<T> second_light(options.guide == SecondPassGuide::first_pass ? first_rgb : guide,
                                           options.sigma_illumination * options.second_pass_factor);

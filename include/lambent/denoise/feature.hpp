@@ -1,11 +1,11 @@
 #pragma once
-#include <lambent/core/numerics.hpp>
-#include <lambent/core/simd.hpp>
-#include <lambent/film/pixel_view.hpp>
 #include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <lambent/core/numerics.hpp>
+#include <lambent/core/simd.hpp>
+#include <lambent/film/pixel_view.hpp>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,13 +21,17 @@ using FeaturePack = Pack<T, native_width<T>>; ///< as many pixels at once as a r
 ///   Scalar            float or double
 ///   channels          how many numbers it keeps a pixel
 ///   width(), height() the size of its plane, which must be the image's
-///   active()          false: it tells nothing apart (no plane, a constant plane, sigma infinite), leave it out
-///   prepare(x, y)     the numbers of one pixel, best in units of sigma; a pixel where one is not finite is
+///   active()          false: it tells nothing apart (no plane, a constant plane, sigma infinite), leave it
+///   out prepare(x, y)     the numbers of one pixel, best in units of sigma; a pixel where one is not finite
+///   is
 ///                     neither filtered nor used
-///   prefetch(x, y)    optional: asks for the memory that prepare will read, at any x and y; always_inline, else gcc
+///   prefetch(x, y)    optional: asks for the memory that prepare will read, at any x and y; always_inline,
+///   else gcc
 ///                     takes it for a function without effect
-///   add_distance2(a, b, sum)  sum + squared distance, in sigmas, of pixels with the numbers a[0..channels) and b, many
-///                     at once; the distance is symmetric and >= 0, the weight exp(-½ · the sum over features)
+///   add_distance2(a, b, sum)  sum + squared distance, in sigmas, of pixels with the numbers a[0..channels)
+///   and b, many
+///                     at once; the distance is symmetric and >= 0, the weight exp(-½ · the sum over
+///                     features)
 template <class F>
 concept PixelFeature = requires(const F& feature, const FeaturePack<typename F::Scalar>* pixels) {
     { feature.width() } -> std::convertible_to<int>;
@@ -38,8 +42,8 @@ concept PixelFeature = requires(const F& feature, const FeaturePack<typename F::
 };
 
 namespace detail {
-/// The taps that two packs of pixels, a and the b after it, weigh: [a_first, a_last) and [b_first, b_last), where
-/// neither of b's ends comes before a's. Most taps are both packs': these are loaded once.
+/// The taps that two packs of pixels, a and the b after it, weigh: [a_first, a_last) and [b_first, b_last),
+/// where neither of b's ends comes before a's. Most taps are both packs': these are loaded once.
 struct TapRuns {
     int a_first, a_last, b_first, b_last;
 
@@ -72,14 +76,13 @@ template <class T>
 struct AnyFeature {
     using P = FeaturePack<T>;
 
-    /// Writes the numbers of pixels (x .. x + count, y): channel c of pixel i to out[c · width + i · step], with the
-    /// width of a pack.
-    /// `ahead`: how far away the pixels are that are wanted a little later.
+    /// Writes the numbers of pixels (x .. x + count, y): channel c of pixel i to out[c · width + i · step],
+    /// with the width of a pack. `ahead`: how far away the pixels are that are wanted a little later.
     void (*import)(const void* feature, int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step);
-    /// to.a[t - a_first] += the squared distance of the pack at `a` and that at taps + t · step, for a's taps t; likewise
-    /// b. `set` starts from the spatial distances.
-    using Distances = void (*)(const void* feature, const T* a, const T* b, const T* taps, std::ptrdiff_t step,
-                               const TapRuns& runs, const TapDistances<T>& to);
+    /// to.a[t - a_first] += the squared distance of the pack at `a` and that at taps + t · step, for a's taps
+    /// t; likewise b. `set` starts from the spatial distances.
+    using Distances = void (*)(const void* feature, const T* a, const T* b, const T* taps,
+                               std::ptrdiff_t step, const TapRuns& runs, const TapDistances<T>& to);
     Distances set, add;
     const void* feature;
     int channels;
@@ -100,7 +103,9 @@ void feature_distances(const void* erased, const typename F::Scalar* at_a, const
     const auto load = [&](int t) {
         for (int c = 0; c < F::channels; ++c) tap[c] = P::load(taps + t * step + c * P::width);
     };
-    const auto put = [&](const P* pixel, P& sum, T spatial) { sum = feature.add_distance2(pixel, tap, Add ? sum : P(spatial)); };
+    const auto put = [&](const P* pixel, P& sum, T spatial) {
+        sum = feature.add_distance2(pixel, tap, Add ? sum : P(spatial));
+    };
     const auto put_a = [&, first = runs.a_first](int t) { put(a, to.a[t - first], to.spatial_a[t - first]); };
     const auto put_b = [&, first = runs.b_first](int t) { put(b, to.b[t - first], to.spatial_b[t - first]); };
     runs.for_each([&](int t) { load(t), put_a(t); }, [&](int t) { load(t), put_a(t), put_b(t); },
