@@ -221,7 +221,9 @@ TEST_CASE("planar, interleaved and padded buffers give the same bits") {
 
 TEST_CASE_TEMPLATE("Gaussians of squared distances, one or four packs at a time", T, float, double) {
     using P = FeaturePack<T>;
-    const double bound = sizeof(T) == 4 ? 2e-7 : 1e-15, slope = sizeof(T) == 4 ? 3e-8 : 1e-16;
+    // Without fma the product of exponent and scale is rounded once more.
+    const double bound = sizeof(T) == 4 ? 2e-7 : 1e-15;
+    const double slope = (LAMBENT_HAS_FMA ? 1 : 3) * (sizeof(T) == 4 ? 3e-8 : 1e-16);
     for (double d = 0; d < 170; d += 0.371) {
         P four[4] = {P(T(d)), P(T(2 * d)), P(T(0)), P(T(infinity))}, one = four[0];
         const double x = 0.5 * double(four[0][0]);
