@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <denoise/bilateral_cases.hpp>
 #include <doctest/doctest.h>
@@ -67,12 +68,12 @@ struct Counter {
     bool active() const { return true; }
     std::array<float, 1> prepare(int x, int y) const { return {x == mark && y == mark ? 1.0f : 0.0f}; }
     template <class P>
-    P distance2(const P* a, const P* b) const {
+    P add_distance2(const P* a, const P* b, P sum) const {
         for (int l = 0; l < P::width; ++l) {
             *as_center += a[0][l] == 1 ? 1u : 0u;
             *as_tap += b[0][l] == 1 ? 1u : 0u;
         }
-        return P(0.0f);
+        return sum;
     }
 };
 
@@ -129,17 +130,109 @@ TEST_CASE("F8, F9, F10: a pixel weighs 65 + 65 taps instead of 65 * 65, its own 
     CHECK(2 * (line_pairs.first + line_pairs.second) == separable.first + separable.second);
 }
 
-TEST_CASE("F9, F10: re-used weights give the same result") {
-    for (const auto& size : {std::pair{97, 73}, {130, 5}, {5, 130}, {17, 1}, {1, 17}}) {
+TEST_CASE(
+    "F9: along lines, re-used weights give the same bits; F10: over windows the same but for rounding") {
+    for (const auto& size : {std::pair{97, 73}, {300, 5}, {5, 300}, {17, 1}, {1, 17}}) {
         const int width = size.first, height = size.second;
         CAPTURE(width);
         CAPTURE(height);
         const Planes<float> planes = random_planes<float>(width, height, 11);
         for (const auto guide : {SecondPassGuide::input, SecondPassGuide::first_pass})
-            CHECK(largest_relative_difference(filter(planes, seed_options(BilateralForm::separable_reuse, guide)),
-                                              filter(planes, seed_options(BilateralForm::separable, guide))) < 1e-5);
+            CHECK(same_bits(filter(planes, seed_options(BilateralForm::separable_reuse, guide)),
+                            filter(planes, seed_options(BilateralForm::separable, guide))));
         CHECK(largest_relative_difference(filter(planes, seed_options(BilateralForm::reuse_2d)),
-                                          filter(planes, seed_options(BilateralForm::naive_2d))) < 1e-5);
+                                          filter(planes, seed_options(BilateralForm::naive_2d))) < 5e-6);
+    }
+}
+
+TEST_CASE("float gives what double gives, to 1e-5") {
+    const Planes<float> planes = random_planes<float>(150, 40, 21);
+    for (const auto form : all_forms)
+        CHECK(largest_relative_difference(filter(planes, seed_options(form)),
+                                          filter(widened(planes), seed_options(form))) < 1e-5);
+}
+
+TEST_CASE("a window takes its taps from outside and leaves the rest alone") {
+    const Planes<float> planes = random_planes<float>(90, 60, 13);
+    for (const auto form : all_forms) {
+        CrossBilateralOptions options = seed_options(form);
+        options.kernel = 21;
+        const auto whole = filter(planes, options);
+        for (const PixelWindow& window :
+             {PixelWindow{0, 0, 90, 60}, {30, 17, 63, 40}, {0, 50, 11, 60}, {89, 0, 90, 1}}) {
+            CAPTURE(window.x0);
+            CAPTURE(int(form));
+            options.window = window;
+            const auto part = filter(planes, options);
+            // Lines give the same bits; windows sum in another order.
+            const float tolerance =
+                form == BilateralForm::naive_2d || form == BilateralForm::reuse_2d ? 1e-5f : 0.0f;
+            int wrong = 0;
+            for (int y = 0; y < 60; ++y)
+                for (int x = 0; x < 90; ++x) {
+                    const bool in = x >= window.x0 && x < window.x1 && y >= window.y0 && y < window.y1;
+                    const Vec3f expected = in ? whole.load(x, y) : Vec3f(0);
+                    wrong += length(part.load(x, y) - expected) > tolerance * length(expected) ? 1 : 0;
+                }
+            CHECK(wrong == 0);
+        }
+        for (const PixelWindow& window :
+             {PixelWindow{-1, 0, 4, 4}, {0, 0, 91, 4}, {0, 0, 4, 61}, {4, 4, 4, 8}, {8, 8, 4, 9}}) {
+            options.window = window;
+            CHECK_THROWS_AS(filter(planes, options), Error);
+        }
+    }
+}
+
+TEST_CASE("planar, interleaved and padded buffers give the same bits") {
+    const Planes<float> planes = random_planes<float>(61, 43, 17);
+    const auto expected = filter(planes, seed_options(BilateralForm::separable_reuse));
+    struct Pixel {
+        float color[3], normal[3], position[3], material, out[3], padding;
+    };
+    std::vector<Pixel> pixels(64 * 43);
+    std::vector<float> planar(3 * 61 * 43);
+    for (int y = 0; y < 43; ++y)
+        for (int x = 0; x < 61; ++x)
+            for (int c = 0; c < 3; ++c) {
+                Pixel& p = pixels[std::size_t(64 * y + x)];
+                p.color[c] = planar[std::size_t((c * 43 + y) * 61 + x)] = planes.image.load(x, y)[c];
+                p.normal[c] = planes.normal.load(x, y)[c];
+                p.position[c] = planes.position.load(x, y)[c];
+                p.material = planes.material.load(x, y);
+            }
+    constexpr std::ptrdiff_t pixel = sizeof(Pixel) / sizeof(float);
+    const auto view = [&](float* first) {
+        return rgb_view(first, 61, 43, {.pixel = pixel, .row = 64 * pixel});
+    };
+    SerialExecutor serial;
+    for (const auto& color : {view(pixels[0].color),
+                              rgb_view(planar.data(), 61, 43, {.pixel = 1, .row = 61, .channel = 61 * 43})}) {
+        cross_bilateral<float>(
+            color, view(pixels[0].out), seed_options(BilateralForm::separable_reuse), serial,
+            DistanceFeature<float>(view(pixels[0].position), 2),
+            NormalFeature<float>(view(pixels[0].normal), 0.5),
+            IdentityFeature<float>(
+                scalar_view(&pixels[0].material, 61, 43, {.pixel = pixel, .row = 64 * pixel}), 0.5));
+        for (int y = 0; y < 43; ++y)
+            for (int x = 0; x < 61; ++x) REQUIRE(view(pixels[0].out).load(x, y) == expected.load(x, y));
+    }
+}
+
+TEST_CASE_TEMPLATE("Gaussians of squared distances, one or four packs at a time", T, float, double) {
+    using P = FeaturePack<T>;
+    // Without fma the product of exponent and scale is rounded once more.
+    const double bound = sizeof(T) == 4 ? 2e-7 : 1e-15;
+    const double slope = (LAMBENT_HAS_FMA ? 1 : 3) * (sizeof(T) == 4 ? 3e-8 : 1e-16);
+    for (double d = 0; d < 170; d += 0.371) {
+        P four[4] = {P(T(d)), P(T(2 * d)), P(T(0)), P(T(infinity))}, one = four[0];
+        const double x = 0.5 * double(four[0][0]);
+        gaussians<4>(four);
+        gaussians<1>(&one);
+        REQUIRE(std::abs(double(one[0]) / std::exp(-x) - 1) < bound + slope * x);
+        REQUIRE(one[0] == four[0][0]);
+        REQUIRE(four[2][0] == 1);
+        REQUIRE(four[3][P::width - 1] == 0);
     }
 }
 

@@ -213,6 +213,14 @@ template <class T, int N>
     return typename Pack<T, N>::Vector(Ints(a.v) & rest);
 }
 
+/// Whether lanes are neither infinite nor NaN, by their bits: holds under -ffast-math too.
+template <class T, int N>
+[[gnu::always_inline]] inline Mask<T, N> is_finite(Pack<T, N> a) {
+    using Ints = typename Mask<T, N>::Vector;
+    constexpr auto exponent = std::bit_cast<typename Mask<T, N>::Lane>(std::numeric_limits<T>::infinity());
+    return {(Ints(a.v) & exponent) != exponent};
+}
+
 /// Lane-wise |magnitude| with the sign of the other, zeros' signs included.
 template <class T, int N>
 [[gnu::always_inline]] inline Pack<T, N> copysign(Pack<T, N> magnitude, Pack<T, N> sign) {

@@ -1,8 +1,9 @@
 #pragma once
-#include <lambent/core/parallel.hpp>
-#include <lambent/denoise/bilateral_weights.hpp>
 #include <algorithm>
 #include <cstddef>
+#include <lambent/core/parallel.hpp>
+#include <lambent/denoise/bilateral_weights.hpp>
+#include <lambent/film/region.hpp>
 #include <vector>
 
 /// One pass of the separable cross-bilateral filter, along rows or along columns.
@@ -13,128 +14,207 @@ namespace detail {
 enum class LineDirection { rows, columns };
 enum class WeightUse { once, twice }; ///< twice: the weight of a pair serves both of its pixels
 
+/// What of a line is filtered, and which of its pixels are taps.
+struct LineRange {
+    int first, last, tap_first, tap_last;
+};
+
 /// A register's width of neighbouring lines, side by side: lane l of pack i is pixel i of line l. So all taps
-/// are aligned loads, and a line's result does not depend on how wide a register is.
+/// are aligned loads, and a line's result does not depend on how wide a register is. Holds the part of the
+/// lines that is being filtered, with what it reaches.
 template <class T>
 class LineStrip {
 public:
     using P = FeaturePack<T>;
 
     /// `kernel` has an odd size.
-    LineStrip(int length, const std::vector<T>& kernel, const FeatureList<T>& features)
-        : features_(features), kernel_(kernel), length_(length), radius_(int(kernel.size()) / 2),
-          packs_(int(spread_stride(length * int(sizeof(P))) / int(sizeof(P)))),
-          stride_(std::ptrdiff_t(packs_) * P::width), planes_(std::size_t((5 + features.channels()) * packs_)),
-          weights_(std::size_t((radius_ + 1) * radius_) + kernel.size()) {}
+    LineStrip(WeightUse use, const LineRange& range, const std::vector<T>& kernel,
+              const FeatureList<T>& features)
+        : use_(use), range_(range), spatial_(squared_distances(kernel)), center_(kernel[kernel.size() / 2]),
+          channels_(features.channels()), radius_(int(kernel.size()) / 2), pair_(features, radius_ + 1),
+          memory_(std::size_t(capacity()) * std::size_t(P::width * (PackedPixels<T>::numbers(features) + 4)),
+                  T(0)),
+          sums_{memory_.data(), 4 * P::width}, pixels_{sums_.values(capacity()),
+                                                       P::width * PackedPixels<T>::numbers(features)} {
+        restart();
+    }
 
-    T* values() { return lanes(0); }             ///< 4 channels, each `stride()` further on
-    T* usable() { return lanes(4 * packs_); }   ///< whether a pixel's features are finite
-    T* features() { return lanes(5 * packs_); } ///< as FeatureList::import writes them
-    std::ptrdiff_t stride() const { return stride_; }
+    /// Where to start: with `twice`, pixels before the first give to it though their own sums are not wanted.
+    int start() const { return twice() ? std::max(range_.tap_first, range_.first - radius_) : range_.first; }
+    int step() const {
+        return std::max(twice() ? 128 : 64, 2 * radius_);
+    } ///< the most pixels that filter() takes at once; even
 
-    /// Calls store(i, sums) for every pack of pixels i.
+    void restart() {
+        base_ = imported_ = std::max(range_.tap_first, start() - behind());
+        std::fill(sums_.values(0), sums_.values(capacity()), T(0));
+    }
+    /// The pixels that have to be written to pixels(i) before `filter(from, to)`: [imported(), the result).
+    int make_room(int from, int to) {
+        forget(std::max(base_, from - behind()));
+        return std::max(imported_, std::min(range_.tap_last, to + radius_));
+    }
+    int imported() const { return imported_; }
+    PackedPixels<T> pixels(int i) const { return {pixels_.values(i - base_), pixels_.step}; }
+
+    /// Filters pixels [from, to), those after the last ones, whose taps lie before `imported`. store(i, sum,
+    /// usable) takes the sums of pixel i.
     template <class Store>
-    void filter(WeightUse use, Store&& store) {
-        if (use == WeightUse::once) filter_each(store);
-        else filter_pairs(store);
+    void filter(int from, int to, int imported, Store&& store) {
+        pixels_.drop_non_finite(channels_, imported_ - base_, imported - base_);
+        imported_ = imported;
+        for (int i = from; i < to; i += 2)
+            if (twice())
+                filter_pairs(i, std::min(i + 2, to), store);
+            else
+                filter_each(i, std::min(i + 2, to), store);
     }
 
 private:
-    T* lanes(int pack) { return reinterpret_cast<T*>(planes_.data() + pack); }
+    bool twice() const { return use_ == WeightUse::twice; }
+    int capacity() const { return behind() + step() + radius_ + 1; }
+    int behind() const { return twice() ? 0 : radius_; } ///< how many pixels back a pixel looks
 
-    void weigh(int center, int first, const T* spatial, int count, P* weights) {
-        bilateral_weights(features_, features() + center * P::width, features() + first * P::width, P::width,
-                          stride_, spatial, count, weights);
+    /// Moves the pixels from `first` on to the front.
+    void forget(int first) {
+        if (first == base_) return;
+        const int by = first - base_, kept = imported_ - first;
+        for (const auto& packs : {sums_, pixels_})
+            std::copy(packs.values(by), packs.values(by + kept), packs.values(0));
+        std::fill(sums_.values(kept), sums_.values(capacity()), T(0));
+        base_ = first;
     }
-    WeightedSum<T> center(int i) {
-        WeightedSum<T> sum;
-        sum.add(P(kernel_[std::size_t(radius_)]), values() + i * P::width, stride_);
+
+    WeightedSum<T> center(int i, WeightedSum<T> sum = {}) const {
+        sum.add(P(center_), pixels_.value(i - base_));
         return sum;
     }
-
-    template <class Store>
-    void filter_each(Store&& store) {
-        for (int i = 0; i < length_; ++i) {
-            WeightedSum<T> sum = center(i);
-            const auto add = [&](int first, int count) {
-                weigh(i, first, kernel_.data() + radius_ + (first - i), count, weights_.data());
-                for (int k = 0; k < count; ++k)
-                    sum.add(weights_[std::size_t(k)], values() + (first + k) * P::width, stride_);
-            };
-            const int first = std::max(0, i - radius_);
-            add(first, i - first);
-            add(i + 1, std::min(length_ - 1, i + radius_) - i);
-            store(i, sum);
-        }
+    /// Weighs the taps [a_first, a_last) of pixel a, and [b_first, b_last) of a + 1.
+    void weigh(int a, int a_first, int a_last, int b_first, int b_last) {
+        pair_.weigh(pixels_, a - base_, pixels_,
+                    {a_first - base_, a_last - base_, b_first - base_, b_last - base_},
+                    spatial_.data() + radius_ + (a_first - a), spatial_.data() + radius_ + (b_first - a - 1));
     }
 
-    /// Pixel i weighs its neighbours after it and finds those before it in a ring of the last radius + 1
-    /// pixels' weights. Nothing is scattered: every pixel's sums are its own, taken in one fixed order.
+    /// Pixels a and, if it is before `end`, a + 1: all their neighbours.
     template <class Store>
-    void filter_pairs(Store&& store) {
-        const int slots = radius_ + 1;
-        for (int i = 0; i < length_; ++i) {
-            WeightedSum<T> sum = center(i);
-            P* const ours = weights_.data() + (i % slots) * radius_;
-            const int after = std::min(radius_, length_ - 1 - i), before = std::min(radius_, i);
-            weigh(i, i + 1, kernel_.data() + radius_ + 1, after, ours);
-            for (int k = 0; k < after; ++k) sum.add(ours[k], values() + (i + 1 + k) * P::width, stride_);
-            for (int k = 1; k <= before; ++k)
-                sum.add(weights_[std::size_t((i - k) % slots * radius_ + k - 1)], values() + (i - k) * P::width, stride_);
-            store(i, sum);
-        }
+    void filter_each(int a, int end, Store&& store) {
+        const int tap_first = range_.tap_first, tap_last = range_.tap_last;
+        const int b = a + 1;
+        const bool both = b < end;
+        WeightedSum<T> sum_a, sum_b;
+        const int left_a = std::max(tap_first, a - radius_),
+                  left_b = both ? std::max(tap_first, b - radius_) : a;
+        weigh(a, left_a, a, left_b, both ? b : a);
+        pair_.gather(pixels_, sum_a, sum_b);
+        sum_a = center(a, sum_a);
+        if (both) sum_b = center(b, sum_b);
+        const int right_a = std::min(tap_last, a + radius_ + 1);
+        weigh(a, a + 1, right_a, both ? b + 1 : right_a,
+              both ? std::min(tap_last, b + radius_ + 1) : right_a);
+        pair_.gather(pixels_, sum_a, sum_b);
+        store(a, sum_a, pixels_.usable(a - base_));
+        if (both) store(b, sum_b, pixels_.usable(b - base_));
     }
 
-    const FeatureList<T>& features_;
-    const std::vector<T>& kernel_;
-    int length_, radius_, packs_;
-    std::ptrdiff_t stride_;
-    std::vector<P> planes_, weights_;
+    /// Pixels a and a + 1 weigh their neighbours after them, take from these and give to them. Those before
+    /// have given already, in the order in which filter_each takes: both give the same bits.
+    template <class Store>
+    void filter_pairs(int a, int end, Store&& store) {
+        const int first = range_.first, tap_last = range_.tap_last;
+        const int b = a + 1;
+        const bool both = b < end;
+        const int after_a = std::min(tap_last, a + radius_ + 1),
+                  from_a = std::min(after_a, std::max(b, first));
+        const int after_b = both ? std::min(tap_last, b + radius_ + 1) : after_a;
+        const int from_b = both ? std::min(after_b, std::max(b + 1, first)) : after_a;
+        weigh(a, from_a, after_a, from_b, after_b);
+        pair_.scatter(pixels_, a - base_, sums_);
+        WeightedSum<T> sum_a = center(a, sums_.value(a - base_)), sum_b;
+        if (both) sum_b = center(b, sums_.value(b - base_));
+        pair_.gather(pixels_, sum_a, sum_b);
+        if (a >= first) store(a, sum_a, pixels_.usable(a - base_));
+        if (both && b >= first) store(b, sum_b, pixels_.usable(b - base_));
+    }
+
+    WeightUse use_;
+    LineRange range_;
+    std::vector<T> spatial_; ///< squared distances
+    T center_;               ///< the weight of a pixel for itself
+    int channels_, radius_;
+    PairOfPacks<T> pair_;
+    LargeArray<T> memory_;
+    PackedPixels<T> sums_, pixels_;
+    int base_ = 0, imported_ = 0; ///< the pixel at the front, and the one after the last
 };
 
-/// Filters all lines of a width × height image. load(x, y) gives the homogeneous pixel;
-/// store(x, y, sums, usable) takes the weighted sums, once a pixel, with `usable` false where a feature is not
-/// finite. Threads own whole lines, so nothing is shared and any number of them gives the same bits.
-template <class T, Executor E, class Load, class Store>
-void filter_lines(LineDirection direction, WeightUse use, int width, int height, const std::vector<T>& kernel,
-                  const FeatureList<T>& features, E& executor, Load&& load, Store&& store) {
+/// Filters `window` of a width × height image along its lines. load(x, y) gives the homogeneous pixel,
+/// prefetch(x, y) asks for one that is wanted later; store(x, y, mean, filtered) takes the mean, see
+/// store_means. Threads own whole lines, so nothing is shared and any number of them gives the same bits.
+template <class T, Executor E, class Load, class Prefetch, class Store>
+void filter_lines(LineDirection direction, WeightUse use, int width, int height, const PixelWindow& window,
+                  const std::vector<T>& kernel, const FeatureList<T>& features, E& executor, Load&& load,
+                  Prefetch&& prefetch, Store&& store) {
     using P = FeaturePack<T>;
     const bool rows = direction == LineDirection::rows;
-    const int lines = rows ? height : width, length = rows ? width : height;
-    const int strips = (lines + P::width - 1) / P::width;
-    executor.parallel_for(std::size_t(strips), std::size_t((64 + P::width - 1) / P::width),
-                          [&](std::size_t begin, std::size_t end) {
-        LineStrip<T> strip(length, kernel, features);
-        for (std::size_t index = begin; index < end; ++index) {
-            const int first = int(index) * P::width, count = std::min(P::width, lines - first);
-            const auto put = [&](int x, int y, std::ptrdiff_t at) {
-                Homogeneous<T> value = load(x, y);
-                if (strip.usable()[at] == 0) value = {};
-                for (std::size_t c = 0; c < 4; ++c) strip.values()[std::ptrdiff_t(c) * strip.stride() + at] = value[c];
+    const int line_begin = rows ? window.y0 : window.x0, lines = rows ? window.height() : window.width();
+    const int first = rows ? window.x0 : window.y0, last = rows ? window.x1 : window.y1;
+    const int radius = int(kernel.size()) / 2;
+    const int tap_first = std::max(0, first - radius),
+              tap_last = std::min(rows ? width : height, last + radius);
+    const LineRange range{first, last, tap_first, tap_last};
+    // Strips side by side go on together: their pixels share cache lines and pages.
+    constexpr int together = std::max(1, 32 / P::width);
+    executor.parallel_for(
+        std::size_t((lines + P::width - 1) / P::width), std::size_t(together),
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<LineStrip<T>> strips;
+            strips.reserve(end - begin); // they hold pointers into themselves
+            for (std::size_t i = begin; i < end; ++i) strips.emplace_back(use, range, kernel, features);
+            const auto line_of = [&](std::size_t strip) {
+                return line_begin + int(begin + strip) * P::width;
             };
-            constexpr int block = 32; // pixels of all lines before the next ones, so that they meet in the cache
-            if (rows)
-                for (int from = 0; from < length; from += block)
-                    for (int l = 0; l < count; ++l) {
-                        const int to = std::min(length, from + block), at = from * P::width + l;
-                        features.import(from, first + l, to - from, strip.features() + at, P::width, strip.stride(),
-                                        strip.usable() + at);
-                        for (int i = from; i < to; ++i) put(i, first + l, i * P::width + l);
-                    }
-            else
-                for (int i = 0; i < length; ++i) {
-                    features.import(first, i, count, strip.features() + i * P::width, 1, strip.stride(),
-                                    strip.usable() + i * P::width);
-                    for (int l = 0; l < count; ++l) put(first + l, i, i * P::width + l);
+            const auto count_of = [&](std::size_t strip) {
+                return std::min(P::width, line_begin + lines - line_of(strip));
+            };
+            const auto import = [&](int x, int y, int count, Ahead ahead, const PackedPixels<T>& to, int lane,
+                                    std::ptrdiff_t step) {
+                features.import(x, y, count, ahead, to.features(0) + lane, step);
+                for (int i = 0; i < count; ++i) {
+                    if (i % prefetch_every == 0) prefetch(x + i + ahead.x, y + ahead.y);
+                    const Homogeneous<T> value = load(x + i, y);
+                    for (int c = 0; c < 4; ++c)
+                        to.values(0)[c * P::width + lane + i * step] = value[std::size_t(c)];
                 }
-            strip.filter(use, [&](int i, const WeightedSum<T>& sum) {
-                for (int l = 0; l < count; ++l)
-                    store(rows ? i : first + l, rows ? first + l : i,
-                          Homogeneous<T>{sum.channel[0][l], sum.channel[1][l], sum.channel[2][l], sum.channel[3][l]},
-                          strip.usable()[i * P::width + l] != 0);
-            });
-        }
-    });
+            };
+            const int step = strips[0].step();
+            for (int from = strips[0].start(); from < last; from += step) {
+                const int to = std::min(last, from + step), imported = strips[0].imported();
+                int needed = imported;
+                for (auto& strip : strips) needed = strip.make_room(from, to);
+                constexpr int block =
+                    32; // pixels of all lines before the next ones, so that they meet in the cache
+                if (rows)
+                    for (int x = imported; x < needed; x += block)
+                        for (std::size_t s = 0; s < strips.size(); ++s)
+                            for (int l = 0; l < count_of(s); ++l)
+                                import(x, line_of(s) + l, std::min(block, needed - x), {block, 0},
+                                       strips[s].pixels(x), l, strips[s].pixels(x).step);
+                else
+                    for (int y = imported; y < needed; ++y)
+                        for (std::size_t s = 0; s < strips.size(); ++s)
+                            import(line_of(s), y, count_of(s), {0, 16}, strips[s].pixels(y), 0, 1);
+                for (std::size_t s = 0; s < strips.size(); ++s)
+                    strips[s].filter(from, to, needed,
+                                     [&](int i, const WeightedSum<T>& sum, const T* usable) {
+                                         store_means(sum, usable, count_of(s),
+                                                     [&](int l, const Vec3<T>& mean, bool filtered) {
+                                                         store(rows ? i : line_of(s) + l,
+                                                               rows ? line_of(s) + l : i, mean, filtered);
+                                                     });
+                                     });
+            }
+        });
 }
 
 } // namespace detail

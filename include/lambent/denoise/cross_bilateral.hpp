@@ -1,10 +1,12 @@
 #pragma once
+#include <algorithm>
 #include <lambent/denoise/bilateral_lines.hpp>
 #include <lambent/denoise/bilateral_window.hpp>
 #include <lambent/denoise/despike.hpp>
 #include <lambent/denoise/features.hpp>
 #include <lambent/denoise/gaussian.hpp>
 #include <lambent/film/pixel_data.hpp>
+#include <lambent/film/region.hpp>
 #include <limits>
 #include <optional>
 #include <string>
@@ -32,6 +34,7 @@ struct CrossBilateralOptions {
     double second_pass_factor = 1;  ///< on sigma_illumination in the second pass of the separable forms
     BilateralForm form = BilateralForm::separable_reuse;
     SecondPassGuide guide = SecondPassGuide::first_pass;
+    PixelWindow window{}; ///< the pixels to filter, with taps from all of the image; default: all
 };
 
 namespace detail {
@@ -47,12 +50,22 @@ inline void check(const CrossBilateralOptions& o) {
     require_sigma("cross_bilateral: factor of the second pass", o.second_pass_factor);
 }
 
-/// The sums over one's weights; where nothing usable was in reach, and where the pixel's own features are not
-/// finite, the pixel itself.
-template <class T>
-Vec3<T> normalised(const Homogeneous<T>& sums, bool usable, const Vec3<T>& itself) {
-    if (!usable || !(sums[3] > 0)) return itself;
-    return {sums[0] / sums[3], sums[1] / sums[3], sums[2] / sums[3]};
+/// `window`, or the whole image where it is empty.
+inline PixelWindow checked_window(const PixelWindow& window, int width, int height) {
+    if (window == PixelWindow{}) return {0, 0, width, height};
+    require(!window.empty() && window.inside(width, height), [&] {
+        return "cross_bilateral: the window [" + std::to_string(window.x0) + ", " +
+               std::to_string(window.x1) + ") x [" + std::to_string(window.y0) + ", " +
+               std::to_string(window.y1) + ") is not within the image of " + std::to_string(width) + " x " +
+               std::to_string(height);
+    });
+    return window;
+}
+
+/// `window` and `radius` pixels around, as far as the image goes.
+inline PixelWindow with_halo(const PixelWindow& window, int radius, int width, int height) {
+    return {std::max(0, window.x0 - radius), std::max(0, window.y0 - radius),
+            std::min(width, window.x1 + radius), std::min(height, window.y1 + radius)};
 }
 } // namespace detail
 
@@ -64,12 +77,16 @@ Vec3<T> normalised(const Homogeneous<T>& sums, bool usable, const Vec3<T>& itsel
 /// shape   image, out and features: width × height each; `out` may be the very view of `image`
 /// space   linear light; illumination with the albedo divided out keeps textures sharp
 /// border  taps outside are left out and the rest renormalised: a constant image is a fixed point
-/// nan     a pixel that is not finite gives nothing to others and takes its neighbours' value; one with a feature
+/// nan     a pixel that is not finite gives nothing to others and takes its neighbours' value; one with a
+/// feature
 ///         that is not finite gives nothing and stays; no effect reaches further than the kernel's radius
-/// threads the same bits for any executor: rows, columns or bands of fixed height are owned by one thread
-/// throws  lambent::Error on a bad option or unequal sizes, before anything is written
-/// cost    see BilateralForm; one exponential a weight; memory: 4 numbers a pixel (separable forms), else
-///         5 + the features' channels
+/// window  separable forms give the bits that the whole image would have there; give the next tile the same
+/// image threads the same bits for any executor: rows, columns or bands of fixed height are owned by one
+/// thread throws  lambent::Error on a bad option or unequal sizes, before anything is written cost    see
+/// BilateralForm; one exponential a weight. Memory: 4 numbers a pixel (separable forms), else 5 + the
+/// features'
+///         channels, and 8 more with re-use; windows are laid out in segments, so narrow images take a few
+///         times that
 template <std::floating_point T, Executor E, PixelFeature... Features>
 void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& out,
                      const CrossBilateralOptions& options, E& executor, const Features&... features) {
@@ -78,64 +95,80 @@ void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& 
     const int width = image.width(), height = image.height();
     detail::FeatureList<T> list;
     (list.add(features, width, height), ...);
+    const PixelWindow window = detail::checked_window(options.window, width, height);
     if (options.kernel == 0) {
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x) out.store(x, y, image.load(x, y));
+        for (int y = window.y0; y < window.y1; ++y)
+            for (int x = window.x0; x < window.x1; ++x) out.store(x, y, image.load(x, y));
         return;
     }
+    const int radius = options.kernel / 2;
     const std::vector<T> kernel = gaussian_kernel<T>(options.kernel, options.sigma_spatial);
 
     // Bad pixels are never taps (load below), but need an illumination of their own to weigh their neighbours.
+    const PixelWindow seen = detail::with_halo(window, radius, width, height);
     Plane<T, 3> repaired;
     PixelView<const T, 3> guide = image;
     bool all_finite = true;
-    for (int y = 0; y < height && all_finite; ++y)
-        for (int x = 0; x < width && all_finite; ++x) all_finite = is_finite(image.load(x, y));
+    for (int y = seen.y0; y < seen.y1 && all_finite; ++y)
+        for (int x = seen.x0; x < seen.x1 && all_finite; ++x) all_finite = is_finite(image.load(x, y));
     if (!all_finite) {
         repaired.allocate(width, height);
         const auto view = repaired.view();
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) view.store(x, y, image.load(x, y));
-        repair_non_finite(view, options.kernel / 2);
+        repair_non_finite(view, radius);
         guide = view;
     }
-    const auto load = [&](int x, int y) {
+    const auto load = [&](int x, int y) -> detail::Homogeneous<T> {
         const Vec3<T> value = image.load(x, y);
-        return detail::homogeneous(value, is_finite(value));
+        if (!all_finite && !is_finite(value)) return {};
+        return {value.x, value.y, value.z, T(1)};
     };
-    const auto store = [&](int x, int y, const detail::Homogeneous<T>& sums, bool usable) {
-        out.store(x, y, detail::normalised(sums, usable, guide.load(x, y)));
+    const auto store = [&](int x, int y, const Vec3<T>& mean, bool filtered) {
+        out.store(x, y, filtered ? mean : guide.load(x, y));
     };
 
     detail::FeatureList<T> with_light = list;
     const DistanceFeature<T> light(guide, options.sigma_illumination);
     with_light.add(light, width, height);
-    const bool pairs = options.form == BilateralForm::reuse_2d || options.form == BilateralForm::separable_reuse;
-    if (options.form == BilateralForm::naive_2d || options.form == BilateralForm::reuse_2d) {
-        const detail::WindowPlanes<T> planes(width, height, kernel, with_light, executor, load);
-        if (pairs) detail::filter_window_pairs(planes, executor, store);
-        else detail::filter_window(planes, executor, store);
-        return;
+    if (options.form == BilateralForm::naive_2d) {
+        const detail::WindowPlanes<T> planes(width, height, window, kernel, with_light, executor, load);
+        return detail::filter_window(planes, executor, store);
+    }
+    if (options.form == BilateralForm::reuse_2d) {
+        const detail::WindowPlanes<T> planes(width, height, seen, kernel, with_light, executor, load);
+        return detail::filter_window_pairs(
+            planes, executor, [&](int x, int y, const Vec3<T>& mean, bool filtered) {
+                if (x >= window.x0 && x < window.x1 && y >= window.y0 && y < window.y1)
+                    store(x, y, mean, filtered);
+            });
     }
 
     using detail::LineDirection;
-    const auto use = pairs ? detail::WeightUse::twice : detail::WeightUse::once;
+    const auto use =
+        options.form == BilateralForm::separable_reuse ? detail::WeightUse::twice : detail::WeightUse::once;
+    const PixelWindow first_window{window.x0, seen.y0, window.x1, seen.y1};
     Plane<T, 4> first(width, height);
     const auto rows = first.view();
-    detail::filter_lines(LineDirection::rows, use, width, height, kernel, with_light, executor, load,
-                         [&](int x, int y, const detail::Homogeneous<T>& sums, bool usable) {
-                             const Vec3<T> value = detail::normalised(sums, usable, guide.load(x, y));
-                             rows.store(x, y, {value, sums[3] > 0 ? T(1) : T(0)});
-                         });
+    detail::filter_lines(
+        LineDirection::rows, use, width, height, first_window, kernel, with_light, executor, load,
+        [&](int x, int y) { image.prefetch(x, y); },
+        [&](int x, int y, const Vec3<T>& mean, bool filtered) {
+            rows.store(x, y, {filtered ? mean : guide.load(x, y), filtered ? T(1) : T(0)});
+        });
     const PixelView<const T, 3> first_rgb(rows.data(), width, height, {.pixel = 4});
     const DistanceFeature<T> second_light(options.guide == SecondPassGuide::first_pass ? first_rgb : guide,
                                           options.sigma_illumination * options.second_pass_factor);
     list.add(second_light, width, height);
     detail::filter_lines(
-        LineDirection::columns, use, width, height, kernel, list, executor,
+        LineDirection::columns, use, width, height, window, kernel, list, executor,
         [&](int x, int y) {
             const Vec4<T> v = rows.load(x, y);
             return detail::Homogeneous<T>{v.x * v.w, v.y * v.w, v.z * v.w, v.w};
+        },
+        [&](int x, int y) {
+            rows.prefetch(x, y);
+            out.prefetch(x, y);
         },
         store);
 }

@@ -23,8 +23,8 @@ struct DenoiseOptions {
     BilateralForm form = BilateralForm::separable_reuse;
     SigmaUnits units = SigmaUnits::relative;
     double sigma_spatial = 0; ///< in pixels; 0 = kernel / 6.4
-    double sigma_illumination = 0.25;
-    double sigma_position = 2;
+    double sigma_illumination = 0.35;
+    double sigma_position = 8;
     double sigma_normal = 0.5;
     double sigma_material = hard_stop; ///< the weight of another material is exp(-1 / 2 sigma²)
     double second_pass_factor = 1;     ///< on an absolute sigma_illumination, in the second pass: CrossBilateralOptions

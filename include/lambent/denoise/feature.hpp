@@ -1,10 +1,11 @@
 #pragma once
-#include <lambent/core/numerics.hpp>
-#include <lambent/core/simd.hpp>
-#include <lambent/film/pixel_view.hpp>
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <lambent/core/numerics.hpp>
+#include <lambent/core/simd.hpp>
+#include <lambent/film/pixel_view.hpp>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,66 +21,107 @@ using FeaturePack = Pack<T, native_width<T>>; ///< as many pixels at once as a r
 ///   Scalar            float or double
 ///   channels          how many numbers it keeps a pixel
 ///   width(), height() the size of its plane, which must be the image's
-///   active()          false: it tells nothing apart (no plane, a constant plane, sigma infinite), leave it out
-///   prepare(x, y)     the numbers of one pixel, best in units of sigma; a pixel where one is not finite is
+///   active()          false: it tells nothing apart (no plane, a constant plane, sigma infinite), leave it
+///   out prepare(x, y)     the numbers of one pixel, best in units of sigma; a pixel where one is not finite
+///   is
 ///                     neither filtered nor used
-///   distance2(a, b)   squared distance in sigmas of pixels with the numbers a[0..channels) and b, many at
-///                     once: symmetric, >= 0; the weight is exp(-½ · the sum over features)
+///   prefetch(x, y)    optional: asks for the memory that prepare will read, at any x and y; always_inline,
+///   else gcc
+///                     takes it for a function without effect
+///   add_distance2(a, b, sum)  sum + squared distance, in sigmas, of pixels with the numbers a[0..channels)
+///   and b, many
+///                     at once; the distance is symmetric and >= 0, the weight exp(-½ · the sum over
+///                     features)
 template <class F>
 concept PixelFeature = requires(const F& feature, const FeaturePack<typename F::Scalar>* pixels) {
     { feature.width() } -> std::convertible_to<int>;
     { feature.height() } -> std::convertible_to<int>;
     { feature.active() } -> std::convertible_to<bool>;
     { feature.prepare(0, 0) } -> std::same_as<std::array<typename F::Scalar, std::size_t(F::channels)>>;
-    { feature.distance2(pixels, pixels) } -> std::same_as<FeaturePack<typename F::Scalar>>;
+    { feature.add_distance2(pixels, pixels, *pixels) } -> std::same_as<FeaturePack<typename F::Scalar>>;
 };
 
 namespace detail {
+/// The taps that two packs of pixels, a and the b after it, weigh: [a_first, a_last) and [b_first, b_last),
+/// where neither of b's ends comes before a's. Most taps are both packs': these are loaded once.
+struct TapRuns {
+    int a_first, a_last, b_first, b_last;
+
+    /// Calls a(t), both(t) or b(t) for every tap t in rising order.
+    template <class A, class Both, class B>
+    [[gnu::always_inline]] void for_each(A&& a, Both&& both, B&& b) const {
+        for (int t = a_first; t < std::min(b_first, a_last); ++t) a(t);
+#pragma GCC unroll 4
+        for (int t = b_first; t < a_last; ++t) both(t);
+        for (int t = std::max(a_last, b_first); t < b_last; ++t) b(t);
+    }
+};
+
+/// Squared distances of the taps of packs a and b, tap by tap; the spatial ones are the same for all lanes.
+template <class T>
+struct TapDistances {
+    FeaturePack<T>*a, *b;
+    const T *spatial_a, *spatial_b;
+};
+
+/// An offset in pixels.
+struct Ahead {
+    int x, y;
+};
+inline constexpr int prefetch_every = 4; ///< pixels: these share a cache line, or nearly
+
 /// A feature behind function pointers that work on runs of pixels, so that the filters are compiled once for
 /// any choice of features, and one that is not active costs nothing.
 template <class T>
 struct AnyFeature {
     using P = FeaturePack<T>;
 
-    /// Writes the numbers of pixels (x .. x + count, y): channel c of pixel i to
-    /// out[c · channel_stride + i · step]; multiplies usable[i · step] by 0 where one is not finite.
-    void (*import)(const void* feature, int x, int y, int count, T* out, std::ptrdiff_t step,
-                   std::ptrdiff_t channel_stride, T* usable);
-    /// distances[i] = or += distance2 of the pack at `center` and that at taps + i · step, i < count.
-    using Distances = void (*)(const void* feature, const T* center, const T* taps, std::ptrdiff_t step,
-                               std::ptrdiff_t channel_stride, int count, P* distances);
+    /// Writes the numbers of pixels (x .. x + count, y): channel c of pixel i to out[c · width + i · step],
+    /// with the width of a pack. `ahead`: how far away the pixels are that are wanted a little later.
+    void (*import)(const void* feature, int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step);
+    /// to.a[t - a_first] += the squared distance of the pack at `a` and that at taps + t · step, for a's taps
+    /// t; likewise b. `set` starts from the spatial distances.
+    using Distances = void (*)(const void* feature, const T* a, const T* b, const T* taps,
+                               std::ptrdiff_t step, const TapRuns& runs, const TapDistances<T>& to);
     Distances set, add;
     const void* feature;
     int channels;
 };
 
 template <class F, bool Add>
-void feature_distances(const void* erased, const typename F::Scalar* center, const typename F::Scalar* taps,
-                       std::ptrdiff_t step, std::ptrdiff_t channel_stride, int count,
-                       FeaturePack<typename F::Scalar>* distances) {
-    using P = FeaturePack<typename F::Scalar>;
-    const F feature = *static_cast<const F*>(erased); // a copy, which stores to `distances` cannot alias
-    P a[F::channels], b[F::channels];
-    for (int c = 0; c < F::channels; ++c) a[c] = P::load(center + c * channel_stride);
-    for (int i = 0; i < count; ++i, taps += step) {
-        for (int c = 0; c < F::channels; ++c) b[c] = P::load(taps + c * channel_stride);
-        const P distance = feature.distance2(a, b);
-        distances[i] = Add ? distances[i] + distance : distance;
+void feature_distances(const void* erased, const typename F::Scalar* at_a, const typename F::Scalar* at_b,
+                       const typename F::Scalar* taps, std::ptrdiff_t step, const TapRuns& runs,
+                       const TapDistances<typename F::Scalar>& to) {
+    using T = typename F::Scalar;
+    using P = FeaturePack<T>;
+    const F feature = *static_cast<const F*>(erased); // a copy, which stores of distances cannot alias
+    P a[F::channels], b[F::channels], tap[F::channels];
+    for (int c = 0; c < F::channels; ++c) {
+        a[c] = P::load(at_a + c * P::width);
+        b[c] = P::load(at_b + c * P::width);
     }
+    const auto load = [&](int t) {
+        for (int c = 0; c < F::channels; ++c) tap[c] = P::load(taps + t * step + c * P::width);
+    };
+    const auto put = [&](const P* pixel, P& sum, T spatial) {
+        sum = feature.add_distance2(pixel, tap, Add ? sum : P(spatial));
+    };
+    const auto put_a = [&, first = runs.a_first](int t) { put(a, to.a[t - first], to.spatial_a[t - first]); };
+    const auto put_b = [&, first = runs.b_first](int t) { put(b, to.b[t - first], to.spatial_b[t - first]); };
+    runs.for_each([&](int t) { load(t), put_a(t); }, [&](int t) { load(t), put_a(t), put_b(t); },
+                  [&](int t) { load(t), put_b(t); });
 }
 
 template <class F>
-void feature_import(const void* erased, int x, int y, int count, typename F::Scalar* out, std::ptrdiff_t step,
-                    std::ptrdiff_t channel_stride, typename F::Scalar* usable) {
-    using T = typename F::Scalar;
+void feature_import(const void* erased, int x, int y, int count, Ahead ahead, typename F::Scalar* out,
+                    std::ptrdiff_t step) {
+    constexpr int width = FeaturePack<typename F::Scalar>::width;
     const F feature = *static_cast<const F*>(erased);
     for (int i = 0; i < count; ++i) {
-        const std::array<T, std::size_t(F::channels)> numbers = feature.prepare(x + i, y);
-        bool finite = true;
-        for (const T number : numbers) finite = finite && is_finite(number);
-        for (std::size_t c = 0; c < numbers.size(); ++c)
-            out[std::ptrdiff_t(c) * channel_stride + i * step] = finite ? numbers[c] : T(0);
-        if (!finite) usable[i * step] = 0;
+        if constexpr (requires { feature.prefetch(x, y); })
+            if (i % prefetch_every == 0) feature.prefetch(x + i + ahead.x, y + ahead.y);
+        const std::array<typename F::Scalar, std::size_t(F::channels)> numbers = feature.prepare(x + i, y);
+        for (int c = 0; c < F::channels; ++c) out[c * width + i * step] = numbers[std::size_t(c)];
     }
 }
 
@@ -107,24 +149,25 @@ public:
     int channels() const { return channels_; }
     bool empty() const { return features_.empty(); }
 
-    /// All features of a run of pixels, one after the other; `usable` is set to 1 or 0.
-    void import(int x, int y, int count, T* out, std::ptrdiff_t step, std::ptrdiff_t channel_stride, T* usable) const {
-        for (int i = 0; i < count; ++i) usable[i * step] = 1;
+    /// All features of a run of pixels, one after the other: see AnyFeature::import.
+    void import(int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step) const {
         for (const auto& f : features_) {
-            f.import(f.feature, x, y, count, out, step, channel_stride, usable);
-            out += f.channels * channel_stride;
+            f.import(f.feature, x, y, count, ahead, out, step);
+            out += f.channels * FeaturePack<T>::width;
         }
     }
 
-    /// Sums of the squared distances of one pack of pixels to `count` packs of taps. Not for an empty list.
-    void distances(const T* center, const T* taps, std::ptrdiff_t step, std::ptrdiff_t channel_stride, int count,
-                   FeaturePack<T>* out) const {
-        bool first = true;
+    /// The squared distances of all features and the spatial ones: see AnyFeature::Distances.
+    void distances(const T* a, const T* b, const T* taps, std::ptrdiff_t step, const TapRuns& runs,
+                   const TapDistances<T>& to) const {
+        if (empty()) {
+            for (int k = 0; k < runs.a_last - runs.a_first; ++k) to.a[k] = FeaturePack<T>(to.spatial_a[k]);
+            for (int k = 0; k < runs.b_last - runs.b_first; ++k) to.b[k] = FeaturePack<T>(to.spatial_b[k]);
+        }
+        std::ptrdiff_t offset = 0;
         for (const auto& f : features_) {
-            (first ? f.set : f.add)(f.feature, center, taps, step, channel_stride, count, out);
-            center += f.channels * channel_stride;
-            taps += f.channels * channel_stride;
-            first = false;
+            (offset == 0 ? f.set : f.add)(f.feature, a + offset, b + offset, taps + offset, step, runs, to);
+            offset += f.channels * FeaturePack<T>::width;
         }
     }
 

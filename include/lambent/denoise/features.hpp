@@ -31,9 +31,9 @@ std::array<T, 3> scaled(const Vec3<T>& v, T scale) {
 }
 
 template <class P>
-P squared_distance(const P* a, const P* b) {
+P add_squared_distance(const P* a, const P* b, P sum) {
     const P x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-    return multiply_add(z, z, multiply_add(y, y, x * x));
+    return multiply_add(z, z, multiply_add(y, y, multiply_add(x, x, sum)));
 }
 
 template <class P>
@@ -57,10 +57,11 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
+    [[gnu::always_inline]] void prefetch(int x, int y) const { plane_.prefetch(x, y); }
     std::array<T, 3> prepare(int x, int y) const { return detail::scaled(plane_.load(x, y), scale_); }
     template <class P>
-    P distance2(const P* a, const P* b) const {
-        return detail::squared_distance(a, b);
+    P add_distance2(const P* a, const P* b, P sum) const {
+        return detail::add_squared_distance(a, b, sum);
     }
 
 private:
@@ -84,11 +85,12 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
+    [[gnu::always_inline]] void prefetch(int x, int y) const { plane_.prefetch(x, y); }
     std::array<T, 1> prepare(int x, int y) const { return {plane_.load(x, y) * scale_}; }
     template <class P>
-    P distance2(const P* a, const P* b) const {
+    P add_distance2(const P* a, const P* b, P sum) const {
         const P d = a[0] - b[0];
-        return d * d;
+        return multiply_add(d, d, sum);
     }
 
 private:
@@ -118,14 +120,18 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
+    [[gnu::always_inline]] void prefetch(int x, int y) const {
+        plane_.prefetch(x, y);
+        deviation_.prefetch(x, y);
+    }
     std::array<T, 4> prepare(int x, int y) const {
         const auto v = detail::scaled(plane_.load(x, y), scale_);
         const T d = deviation_.load(x, y);
         return {v[0], v[1], v[2], 1 / (d > smallest_ ? d : smallest_)};
     }
     template <class P>
-    P distance2(const P* a, const P* b) const {
-        return detail::squared_distance(a, b) * (a[3] * b[3]);
+    P add_distance2(const P* a, const P* b, P sum) const {
+        return multiply_add(detail::add_squared_distance(a, b, P(T(0))), a[3] * b[3], sum);
     }
 
 private:
@@ -147,7 +153,7 @@ public:
 
     PlaneDistanceFeature(const PixelView<const T, 3>& position, const PixelView<const T, 3>& normal,
                          const PixelView<const T, 1>& footprint, double sigma)
-        : position_(position), normal_(normal), footprint_(footprint), scale_(T(1 / sigma)),
+        : position_(position), normal_(normal), footprint_(footprint), scale_(T(std::sqrt(0.5) / sigma)),
           active_(is_finite(sigma) && !detail::tells_nothing(position) && !normal.absent()) {
         detail::require_sigma("PlaneDistanceFeature", sigma);
         if (!active_) return;
@@ -157,16 +163,21 @@ public:
     int width() const { return position_.width(); }
     int height() const { return position_.height(); }
     bool active() const { return active_; }
+    [[gnu::always_inline]] void prefetch(int x, int y) const {
+        position_.prefetch(x, y);
+        normal_.prefetch(x, y);
+        footprint_.prefetch(x, y);
+    }
     std::array<T, 7> prepare(int x, int y) const {
         const Vec3<T> p = position_.load(x, y), n = normal_.load(x, y) * scale_;
         const T f = footprint_.load(x, y);
         return {p.x, p.y, p.z, n.x, n.y, n.z, f > 0 ? 1 / f : T(0)};
     }
     template <class P>
-    P distance2(const P* a, const P* b) const {
+    P add_distance2(const P* a, const P* b, P sum) const {
         const P d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
         const P from_a = detail::dot3(d, a + 3), from_b = detail::dot3(d, b + 3);
-        return multiply_add(from_a, from_a, from_b * from_b) * (a[6] * b[6]) * P(T(0.5));
+        return multiply_add(from_a * from_a + from_b * from_b, a[6] * b[6], sum);
     }
 
 private:
@@ -192,11 +203,12 @@ public:
     int width() const { return normal_.width(); }
     int height() const { return normal_.height(); }
     bool active() const { return active_; }
+    [[gnu::always_inline]] void prefetch(int x, int y) const { normal_.prefetch(x, y); }
     std::array<T, 3> prepare(int x, int y) const { return detail::scaled(normal_.load(x, y), scale_); }
     template <class P>
-    P distance2(const P* a, const P* b) const {
-        const P d = P(one_) - detail::dot3(a, b);
-        return d * d;
+    P add_distance2(const P* a, const P* b, P sum) const {
+        const P d = multiply_add(-a[2], b[2], multiply_add(-a[1], b[1], multiply_add(-a[0], b[0], P(one_))));
+        return multiply_add(d, d, sum);
     }
 
 private:
@@ -221,13 +233,14 @@ public:
     int width() const { return normal_.width(); }
     int height() const { return normal_.height(); }
     bool active() const { return active_; }
+    [[gnu::always_inline]] void prefetch(int x, int y) const { normal_.prefetch(x, y); }
     std::array<T, 3> prepare(int x, int y) const {
         const Vec3<T> n = normal_.load(x, y);
         const T length2 = dot(n, n);
         return detail::scaled(n, length2 > 0 ? 1 / std::sqrt(length2) : T(1));
     }
     template <class P>
-    P distance2(const P* a, const P* b) const {
+    P add_distance2(const P* a, const P* b, P sum) const {
         constexpr std::array<double, 8> series = {-0.0012624911, 0.0066700901, -0.0170881256, 0.0308918810,
                                                   -0.0501743046, 0.0889789874, -0.2145988016, 1.5707963050};
         const P cosine = max(P(T(-1)), min(P(T(1)), detail::dot3(a, b)));
@@ -243,7 +256,7 @@ public:
             }
             acute = select(cosine < P(T(0)), obtuse, acute);
         }
-        return acute * P(scale_);
+        return multiply_add(acute, P(scale_), sum);
     }
 
 private:
@@ -267,10 +280,11 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
+    [[gnu::always_inline]] void prefetch(int x, int y) const { plane_.prefetch(x, y); }
     std::array<T, 1> prepare(int x, int y) const { return {plane_.load(x, y)}; }
     template <class P>
-    P distance2(const P* a, const P* b) const {
-        return select(a[0] == b[0], P(T(0)), P(penalty_));
+    P add_distance2(const P* a, const P* b, P sum) const {
+        return sum + select(a[0] == b[0], P(T(0)), P(penalty_));
     }
 
 private:
