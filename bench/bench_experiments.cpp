@@ -1,10 +1,12 @@
 // The seed document's experiments, with the error against a long reference and, if asked for, pictures:
 //   defaults    1 spp, the scale-free defaults against the original's sigmas
-//   E1          the room at 1, 5, 10 and 20 spp, raw and filtered at 65 x 65 (E2: the error falls with every
-//   step) E4          Sibenik at 1 and 100 spp, sigma 50, firefly threshold 25 E5          the room at 10 spp
-//   through a plain bilateral filter, d 65, colour 25, space 1 separation  whole windows against rows and
-//   columns K1          steps along rows against those along columns: stripes K2          the illumination's
-//   sigma times 1/4 to 4 K4          pixels far above the reference at 10 and 100 spp
+//   E1          the room at 1, 5, 10 and 20 spp, raw and filtered at 65 x 65 (E2: the error falls with every step)
+//   E4          Sibenik at 1 and 100 spp, sigma 50, firefly threshold 25
+//   E5          the room at 10 spp through a plain bilateral filter, d 65, colour 25, space 1
+//   separation  whole windows against rows and columns
+//   K1          steps along rows against those along columns: stripes
+//   K2          the illumination's sigma times 1/4 to 4
+//   K4          pixels far above the reference at 10 and 100 spp
 #include "../examples/support/command_line.hpp"
 #include "../examples/support/preview.hpp"
 #include <algorithm>

@@ -11,8 +11,8 @@ namespace detail {
 template <class T> struct ExpConstants;
 template <> struct ExpConstants<float> {
     static constexpr float lowest = -88.029691932f; ///< -127 ln 2, from where on the scale's exponent is 0
-    static constexpr float shifter =
-        12582912.0f + 127; ///< 1.5 · 2^23 + bias: adding it leaves n + bias in the low bits
+    /// 1.5 · 2^23 + bias: adding it leaves n + bias in the low bits.
+    static constexpr float shifter = 12582912.0f + 127;
     static constexpr int mantissa = 23;
     /// 2^f on [-1/2, 1/2] with 2^0 = 1 exactly, relative error below 9.2e-8: minimax, f^5 first.
     static constexpr std::array<float, 6> power = {0.001326474261f, 0.00967151802f, 0.05550733756f,

@@ -28,12 +28,10 @@ public:
     using P = FeaturePack<T>;
 
     /// `kernel` has an odd size.
-    LineStrip(WeightUse use, const LineRange& range, const std::vector<T>& kernel,
-              const FeatureList<T>& features)
+    LineStrip(WeightUse use, const LineRange& range, const std::vector<T>& kernel, const FeatureList<T>& features)
         : use_(use), range_(range), spatial_(squared_distances(kernel)), center_(kernel[kernel.size() / 2]),
           channels_(features.channels()), radius_(int(kernel.size()) / 2), pair_(features, radius_ + 1),
-          memory_(std::size_t(capacity()) * std::size_t(P::width * (PackedPixels<T>::numbers(features) + 4)),
-                  T(0)),
+          memory_(std::size_t(capacity()) * std::size_t(P::width * (PackedPixels<T>::numbers(features) + 4)), T(0)),
           sums_{memory_.data(), 4 * P::width}, pixels_{sums_.values(capacity()),
                                                        P::width * PackedPixels<T>::numbers(features)} {
         restart();
@@ -41,9 +39,8 @@ public:
 
     /// Where to start: with `twice`, pixels before the first give to it though their own sums are not wanted.
     int start() const { return twice() ? std::max(range_.tap_first, range_.first - radius_) : range_.first; }
-    int step() const {
-        return std::max(twice() ? 128 : 64, 2 * radius_);
-    } ///< the most pixels that filter() takes at once; even
+    /// The most pixels that filter() takes at once; even.
+    int step() const { return std::max(twice() ? 128 : 64, 2 * radius_); }
 
     void restart() {
         base_ = imported_ = std::max(range_.tap_first, start() - behind());
@@ -91,8 +88,7 @@ private:
     }
     /// Weighs the taps [a_first, a_last) of pixel a, and [b_first, b_last) of a + 1.
     void weigh(int a, int a_first, int a_last, int b_first, int b_last) {
-        pair_.weigh(pixels_, a - base_, pixels_,
-                    {a_first - base_, a_last - base_, b_first - base_, b_last - base_},
+        pair_.weigh(pixels_, a - base_, pixels_, {a_first - base_, a_last - base_, b_first - base_, b_last - base_},
                     spatial_.data() + radius_ + (a_first - a), spatial_.data() + radius_ + (b_first - a - 1));
     }
 
@@ -103,15 +99,13 @@ private:
         const int b = a + 1;
         const bool both = b < end;
         WeightedSum<T> sum_a, sum_b;
-        const int left_a = std::max(tap_first, a - radius_),
-                  left_b = both ? std::max(tap_first, b - radius_) : a;
+        const int left_a = std::max(tap_first, a - radius_), left_b = both ? std::max(tap_first, b - radius_) : a;
         weigh(a, left_a, a, left_b, both ? b : a);
         pair_.gather(pixels_, sum_a, sum_b);
         sum_a = center(a, sum_a);
         if (both) sum_b = center(b, sum_b);
         const int right_a = std::min(tap_last, a + radius_ + 1);
-        weigh(a, a + 1, right_a, both ? b + 1 : right_a,
-              both ? std::min(tap_last, b + radius_ + 1) : right_a);
+        weigh(a, a + 1, right_a, both ? b + 1 : right_a, both ? std::min(tap_last, b + radius_ + 1) : right_a);
         pair_.gather(pixels_, sum_a, sum_b);
         store(a, sum_a, pixels_.usable(a - base_));
         if (both) store(b, sum_b, pixels_.usable(b - base_));
@@ -124,8 +118,7 @@ private:
         const int first = range_.first, tap_last = range_.tap_last;
         const int b = a + 1;
         const bool both = b < end;
-        const int after_a = std::min(tap_last, a + radius_ + 1),
-                  from_a = std::min(after_a, std::max(b, first));
+        const int after_a = std::min(tap_last, a + radius_ + 1), from_a = std::min(after_a, std::max(b, first));
         const int after_b = both ? std::min(tap_last, b + radius_ + 1) : after_a;
         const int from_b = both ? std::min(after_b, std::max(b + 1, first)) : after_a;
         weigh(a, from_a, after_a, from_b, after_b);
@@ -160,20 +153,16 @@ void filter_lines(LineDirection direction, WeightUse use, int width, int height,
     const int line_begin = rows ? window.y0 : window.x0, lines = rows ? window.height() : window.width();
     const int first = rows ? window.x0 : window.y0, last = rows ? window.x1 : window.y1;
     const int radius = int(kernel.size()) / 2;
-    const int tap_first = std::max(0, first - radius),
-              tap_last = std::min(rows ? width : height, last + radius);
+    const int tap_first = std::max(0, first - radius), tap_last = std::min(rows ? width : height, last + radius);
     const LineRange range{first, last, tap_first, tap_last};
     // Strips side by side go on together: their pixels share cache lines and pages.
     constexpr int together = std::max(1, 32 / P::width);
     executor.parallel_for(
-        std::size_t((lines + P::width - 1) / P::width), std::size_t(together),
-        [&](std::size_t begin, std::size_t end) {
+        std::size_t((lines + P::width - 1) / P::width), std::size_t(together), [&](std::size_t begin, std::size_t end) {
             std::vector<LineStrip<T>> strips;
             strips.reserve(end - begin); // they hold pointers into themselves
             for (std::size_t i = begin; i < end; ++i) strips.emplace_back(use, range, kernel, features);
-            const auto line_of = [&](std::size_t strip) {
-                return line_begin + int(begin + strip) * P::width;
-            };
+            const auto line_of = [&](std::size_t strip) { return line_begin + int(begin + strip) * P::width; };
             const auto count_of = [&](std::size_t strip) {
                 return std::min(P::width, line_begin + lines - line_of(strip));
             };
@@ -183,8 +172,7 @@ void filter_lines(LineDirection direction, WeightUse use, int width, int height,
                 for (int i = 0; i < count; ++i) {
                     if (i % prefetch_every == 0) prefetch(x + i + ahead.x, y + ahead.y);
                     const Homogeneous<T> value = load(x + i, y);
-                    for (int c = 0; c < 4; ++c)
-                        to.values(0)[c * P::width + lane + i * step] = value[std::size_t(c)];
+                    for (int c = 0; c < 4; ++c) to.values(0)[c * P::width + lane + i * step] = value[std::size_t(c)];
                 }
             };
             const int step = strips[0].step();
@@ -192,27 +180,23 @@ void filter_lines(LineDirection direction, WeightUse use, int width, int height,
                 const int to = std::min(last, from + step), imported = strips[0].imported();
                 int needed = imported;
                 for (auto& strip : strips) needed = strip.make_room(from, to);
-                constexpr int block =
-                    32; // pixels of all lines before the next ones, so that they meet in the cache
+                constexpr int block = 32; // pixels of all lines before the next ones, so that they meet in the cache
                 if (rows)
                     for (int x = imported; x < needed; x += block)
                         for (std::size_t s = 0; s < strips.size(); ++s)
                             for (int l = 0; l < count_of(s); ++l)
-                                import(x, line_of(s) + l, std::min(block, needed - x), {block, 0},
-                                       strips[s].pixels(x), l, strips[s].pixels(x).step);
+                                import(x, line_of(s) + l, std::min(block, needed - x), {block, 0}, strips[s].pixels(x),
+                                       l, strips[s].pixels(x).step);
                 else
                     for (int y = imported; y < needed; ++y)
                         for (std::size_t s = 0; s < strips.size(); ++s)
                             import(line_of(s), y, count_of(s), {0, 16}, strips[s].pixels(y), 0, 1);
                 for (std::size_t s = 0; s < strips.size(); ++s)
-                    strips[s].filter(from, to, needed,
-                                     [&](int i, const WeightedSum<T>& sum, const T* usable) {
-                                         store_means(sum, usable, count_of(s),
-                                                     [&](int l, const Vec3<T>& mean, bool filtered) {
-                                                         store(rows ? i : line_of(s) + l,
-                                                               rows ? line_of(s) + l : i, mean, filtered);
-                                                     });
-                                     });
+                    strips[s].filter(from, to, needed, [&](int i, const WeightedSum<T>& sum, const T* usable) {
+                        store_means(sum, usable, count_of(s), [&](int l, const Vec3<T>& mean, bool filtered) {
+                            store(rows ? i : line_of(s) + l, rows ? line_of(s) + l : i, mean, filtered);
+                        });
+                    });
             }
         });
 }

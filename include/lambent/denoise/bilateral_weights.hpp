@@ -57,21 +57,16 @@ struct PackedPixels {
 
     /// The numbers of a pixel: 4 channels, whether it is usable, its features.
     static int numbers(const FeatureList<T>& features) { return 5 + features.channels(); }
-    T* values(int i) const { return data + i * step; } ///< 4 channels
-    T* usable(int i) const {
-        return data + i * step + 4 * P::width;
-    } ///< 1 or 0: whether all features are finite
-    T* features(int i) const {
-        return data + i * step + 5 * P::width;
-    } ///< as FeatureList::import writes them
+    T* values(int i) const { return data + i * step; }                  ///< 4 channels
+    T* usable(int i) const { return data + i * step + 4 * P::width; }   ///< 1 or 0: whether all features are finite
+    T* features(int i) const { return data + i * step + 5 * P::width; } ///< as FeatureList::import writes them
     WeightedSum<T> value(int i) const { return WeightedSum<T>::load(values(i)); }
 
     /// Sets `usable` of packs [first, last); empties pixels that are not.
     void drop_non_finite(int channels, int first, int last) const {
         for (int i = first; i < last; ++i) {
             auto finite = is_finite(P(T(0)));
-            for (int c = 0; c < channels; ++c)
-                finite = finite & is_finite(P::load(features(i) + c * P::width));
+            for (int c = 0; c < channels; ++c) finite = finite & is_finite(P::load(features(i) + c * P::width));
             if (!all(finite))
                 for (int c = 0; c < 5 + channels; ++c) {
                     T* const number = values(i) + c * P::width;
@@ -111,12 +106,8 @@ public:
         const auto take = [first = taps.values(0), step = taps.step](int t, auto&& add) {
             for (int c = 0; c < 4; ++c) add(P::load(first + t * step + c * P::width), c);
         };
-        const auto to_a = [&](int t, P value, int c) {
-            a.channel[c] = multiply_add(weight_a[t], value, a.channel[c]);
-        };
-        const auto to_b = [&](int t, P value, int c) {
-            b.channel[c] = multiply_add(weight_b[t], value, b.channel[c]);
-        };
+        const auto to_a = [&](int t, P value, int c) { a.channel[c] = multiply_add(weight_a[t], value, a.channel[c]); };
+        const auto to_b = [&](int t, P value, int c) { b.channel[c] = multiply_add(weight_b[t], value, b.channel[c]); };
         runs_.for_each([&](int t) { take(t, [&](P value, int c) { to_a(t, value, c); }); },
                        [&](int t) { take(t, [&](P value, int c) { to_a(t, value, c), to_b(t, value, c); }); },
                        [&](int t) { take(t, [&](P value, int c) { to_b(t, value, c); }); });
@@ -135,12 +126,8 @@ public:
                 added(P::load(sum), c).store(sum);
             }
         };
-        const auto from_a = [&](int t, P sum, int c) {
-            return multiply_add(weight_a[t], value_a.channel[c], sum);
-        };
-        const auto from_b = [&](int t, P sum, int c) {
-            return multiply_add(weight_b[t], value_b.channel[c], sum);
-        };
+        const auto from_a = [&](int t, P sum, int c) { return multiply_add(weight_a[t], value_a.channel[c], sum); };
+        const auto from_b = [&](int t, P sum, int c) { return multiply_add(weight_b[t], value_b.channel[c], sum); };
         runs_.for_each([&](int t) { give(t, [&](P sum, int c) { return from_a(t, sum, c); }); },
                        [&](int t) { give(t, [&](P sum, int c) { return from_b(t, from_a(t, sum, c), c); }); },
                        [&](int t) { give(t, [&](P sum, int c) { return from_b(t, sum, c); }); });
@@ -167,8 +154,7 @@ void store_means(const WeightedSum<T>& sum, const T* usable, int count, Store&& 
     T mean[3][std::size_t(P::width)];
     for (int c = 0; c < 3; ++c) (sum.channel[c] / sum.channel[3]).store(mean[c]);
     const unsigned filtered = bits((P::load(usable) > P(T(0))) & (sum.channel[3] > P(T(0))));
-    for (int l = 0; l < count; ++l)
-        store(l, Vec3<T>(mean[0][l], mean[1][l], mean[2][l]), (filtered >> l & 1u) != 0);
+    for (int l = 0; l < count; ++l) store(l, Vec3<T>(mean[0][l], mean[1][l], mean[2][l]), (filtered >> l & 1u) != 0);
 }
 
 } // namespace detail

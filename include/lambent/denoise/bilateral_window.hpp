@@ -44,8 +44,7 @@ public:
                     features_.import(x0, y, x1 - x0, {32, 0}, to.features(x0 - from) + l, step_);
                     for (int x = x0; x < x1; ++x) {
                         const Homogeneous<T> value = load(x, y);
-                        for (int c = 0; c < 4; ++c)
-                            to.values(x - from)[c * P::width + l] = value[std::size_t(c)];
+                        for (int c = 0; c < 4; ++c) to.values(x - from)[c * P::width + l] = value[std::size_t(c)];
                     }
                 }
             for (int y = y_begin_ + int(begin); y < y_begin_ + int(end); ++y)
@@ -61,13 +60,9 @@ public:
     int first() const { return radius_; } ///< packs [first, last) hold the window's pixels
     int last() const { return radius_ + segment_; }
     int packs() const { return segment_ + 2 * radius_; }
-    PackedPixels<T> row(int y) const {
-        return {const_cast<T*>(memory_.data()) + (y - y_begin_) * row_, step_};
-    }
+    PackedPixels<T> row(int y) const { return {const_cast<T*>(memory_.data()) + (y - y_begin_) * row_, step_}; }
     /// The squared spatial distances of the taps `dy` rows away, from the one `dx` columns off on.
-    const T* spatial(int dy, int dx) const {
-        return spatial_.data() + std::abs(dy) * (2 * radius_ + 1) + radius_ + dx;
-    }
+    const T* spatial(int dy, int dx) const { return spatial_.data() + std::abs(dy) * (2 * radius_ + 1) + radius_ + dx; }
     T center() const { return center_; } ///< the weight of a pixel for itself
     int column(int pack, int lane) const { return window_.x0 + lane * segment_ + pack - radius_; }
 
@@ -85,8 +80,7 @@ private:
 /// Weighs packs a and a + 1 (if it is before `last`) of row y with columns [first, last) relative to each, in
 /// row v.
 template <class T>
-void weigh_row(PairOfPacks<T>& pair, const WindowPlanes<T>& planes, int a, int y, int v, int first,
-               int last) {
+void weigh_row(PairOfPacks<T>& pair, const WindowPlanes<T>& planes, int a, int y, int v, int first, int last) {
     const bool both = a + 1 < planes.last();
     const TapRuns runs{a + first, a + last, both ? a + 1 + first : a + last, both ? a + 1 + last : a + last};
     const T* const spatial = planes.spatial(v - y, first);
@@ -110,8 +104,7 @@ struct WindowSums {
         total.store(to.values(pack));
     }
     /// sums[pack] += the taps of a and a + 1 that `pair` has weighed.
-    static void gather(const PackedPixels<T>& to, const PairOfPacks<T>& pair, const PackedPixels<T>& taps,
-                       int a) {
+    static void gather(const PackedPixels<T>& to, const PairOfPacks<T>& pair, const PackedPixels<T>& taps, int a) {
         WeightedSum<T> sum_a, sum_b;
         pair.gather(taps, sum_a, sum_b);
         add(to, a, sum_a);
@@ -143,8 +136,7 @@ void filter_window(const WindowPlanes<T>& planes, E& executor, Store&& store) {
                     sums.gather(sums.row(0), pair, planes.row(v), a);
                 }
             };
-            for (int v = std::max(planes.y_begin(), y - radius); v < std::min(planes.y_end(), y + radius + 1);
-                 ++v)
+            for (int v = std::max(planes.y_begin(), y - radius); v < std::min(planes.y_end(), y + radius + 1); ++v)
                 if (v != y) add(v, -radius, radius + 1);
             add(y, -radius, 0);
             add(y, 1, radius + 1);
@@ -152,8 +144,7 @@ void filter_window(const WindowPlanes<T>& planes, E& executor, Store&& store) {
             for (int i = planes.first(); i < planes.last(); ++i)
                 store_means(sums.row(0).value(i), planes.row(y).usable(i), P::width,
                             [&](int l, const Vec3<T>& mean, bool filtered) {
-                                if (const int x = planes.column(i, l); x < window.x1)
-                                    store(x, y, mean, filtered);
+                                if (const int x = planes.column(i, l); x < window.x1) store(x, y, mean, filtered);
                             });
         }
     });

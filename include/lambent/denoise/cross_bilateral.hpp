@@ -28,10 +28,10 @@ enum class SecondPassGuide {
 };
 
 struct CrossBilateralOptions {
-    int kernel = 65;                ///< taps along a side, odd; 0 = off: the output is the input, bit for bit
-    double sigma_spatial = 0;       ///< in pixels; 0 = kernel / 6.4
+    int kernel = 65;          ///< taps along a side, odd; 0 = off: the output is the input, bit for bit
+    double sigma_spatial = 0; ///< in pixels; 0 = kernel / 6.4
     double sigma_illumination = std::numeric_limits<double>::infinity(); ///< in the image's unit
-    double second_pass_factor = 1;  ///< on sigma_illumination in the second pass of the separable forms
+    double second_pass_factor = 1; ///< on sigma_illumination in the second pass of the separable forms
     BilateralForm form = BilateralForm::separable_reuse;
     SecondPassGuide guide = SecondPassGuide::first_pass;
     PixelWindow window{}; ///< the pixels to filter, with taps from all of the image; default: all
@@ -39,9 +39,8 @@ struct CrossBilateralOptions {
 
 namespace detail {
 inline void check(const CrossBilateralOptions& o) {
-    require(o.kernel >= 0 && (o.kernel == 0 || o.kernel % 2 == 1), [&] {
-        return "cross_bilateral: the kernel must be odd, or 0 for off, not " + std::to_string(o.kernel);
-    });
+    require(o.kernel >= 0 && (o.kernel == 0 || o.kernel % 2 == 1),
+            [&] { return "cross_bilateral: the kernel must be odd, or 0 for off, not " + std::to_string(o.kernel); });
     require(o.sigma_spatial >= 0, [&] {
         return "cross_bilateral: the spatial sigma must be positive, or 0 for kernel / 6.4, not " +
                std::to_string(o.sigma_spatial);
@@ -54,18 +53,17 @@ inline void check(const CrossBilateralOptions& o) {
 inline PixelWindow checked_window(const PixelWindow& window, int width, int height) {
     if (window == PixelWindow{}) return {0, 0, width, height};
     require(!window.empty() && window.inside(width, height), [&] {
-        return "cross_bilateral: the window [" + std::to_string(window.x0) + ", " +
-               std::to_string(window.x1) + ") x [" + std::to_string(window.y0) + ", " +
-               std::to_string(window.y1) + ") is not within the image of " + std::to_string(width) + " x " +
-               std::to_string(height);
+        return "cross_bilateral: the window [" + std::to_string(window.x0) + ", " + std::to_string(window.x1) +
+               ") x [" + std::to_string(window.y0) + ", " + std::to_string(window.y1) +
+               ") is not within the image of " + std::to_string(width) + " x " + std::to_string(height);
     });
     return window;
 }
 
 /// `window` and `radius` pixels around, as far as the image goes.
 inline PixelWindow with_halo(const PixelWindow& window, int radius, int width, int height) {
-    return {std::max(0, window.x0 - radius), std::max(0, window.y0 - radius),
-            std::min(width, window.x1 + radius), std::min(height, window.y1 + radius)};
+    return {std::max(0, window.x0 - radius), std::max(0, window.y0 - radius), std::min(width, window.x1 + radius),
+            std::min(height, window.y1 + radius)};
 }
 } // namespace detail
 
@@ -77,16 +75,14 @@ inline PixelWindow with_halo(const PixelWindow& window, int radius, int width, i
 /// shape   image, out and features: width × height each; `out` may be the very view of `image`
 /// space   linear light; illumination with the albedo divided out keeps textures sharp
 /// border  taps outside are left out and the rest renormalised: a constant image is a fixed point
-/// nan     a pixel that is not finite gives nothing to others and takes its neighbours' value; one with a
-/// feature
+/// nan     a pixel that is not finite gives nothing to others and takes its neighbours' value; one with a feature
 ///         that is not finite gives nothing and stays; no effect reaches further than the kernel's radius
-/// window  separable forms give the bits that the whole image would have there; give the next tile the same
-/// image threads the same bits for any executor: rows, columns or bands of fixed height are owned by one
-/// thread throws  lambent::Error on a bad option or unequal sizes, before anything is written cost    see
-/// BilateralForm; one exponential a weight. Memory: 4 numbers a pixel (separable forms), else 5 + the
-/// features'
-///         channels, and 8 more with re-use; windows are laid out in segments, so narrow images take a few
-///         times that
+/// window  separable forms give the bits that the whole image would have there; give the next tile the same image
+/// threads the same bits for any executor: rows, columns or bands of fixed height are owned by one thread
+/// throws  lambent::Error on a bad option or unequal sizes, before anything is written
+/// cost    see BilateralForm; one exponential a weight. Memory: 4 numbers a pixel (separable forms), else 5 + the
+///         features' channels, and 8 more with re-use; windows are laid out in segments, so narrow images take a
+///         few times that
 template <std::floating_point T, Executor E, PixelFeature... Features>
 void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& out,
                      const CrossBilateralOptions& options, E& executor, const Features&... features) {
@@ -137,11 +133,9 @@ void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& 
     }
     if (options.form == BilateralForm::reuse_2d) {
         const detail::WindowPlanes<T> planes(width, height, seen, kernel, with_light, executor, load);
-        return detail::filter_window_pairs(
-            planes, executor, [&](int x, int y, const Vec3<T>& mean, bool filtered) {
-                if (x >= window.x0 && x < window.x1 && y >= window.y0 && y < window.y1)
-                    store(x, y, mean, filtered);
-            });
+        return detail::filter_window_pairs(planes, executor, [&](int x, int y, const Vec3<T>& mean, bool filtered) {
+            if (x >= window.x0 && x < window.x1 && y >= window.y0 && y < window.y1) store(x, y, mean, filtered);
+        });
     }
 
     using detail::LineDirection;

@@ -21,17 +21,13 @@ using FeaturePack = Pack<T, native_width<T>>; ///< as many pixels at once as a r
 ///   Scalar            float or double
 ///   channels          how many numbers it keeps a pixel
 ///   width(), height() the size of its plane, which must be the image's
-///   active()          false: it tells nothing apart (no plane, a constant plane, sigma infinite), leave it
-///   out prepare(x, y)     the numbers of one pixel, best in units of sigma; a pixel where one is not finite
-///   is
+///   active()          false: it tells nothing apart (no plane, a constant plane, sigma infinite), leave it out
+///   prepare(x, y)     the numbers of one pixel, best in units of sigma; a pixel where one is not finite is
 ///                     neither filtered nor used
-///   prefetch(x, y)    optional: asks for the memory that prepare will read, at any x and y; always_inline,
-///   else gcc
-///                     takes it for a function without effect
-///   add_distance2(a, b, sum)  sum + squared distance, in sigmas, of pixels with the numbers a[0..channels)
-///   and b, many
-///                     at once; the distance is symmetric and >= 0, the weight exp(-½ · the sum over
-///                     features)
+///   prefetch(x, y)    optional: asks for the memory that prepare will read, at any x and y; always_inline, else
+///                     gcc takes it for a function without effect
+///   add_distance2(a, b, sum)   sum + squared distance, in sigmas, of pixels with the numbers a[0..channels) and
+///                     b, many at once; symmetric, >= 0; the weight is exp(-½ · the sum over features)
 template <class F>
 concept PixelFeature = requires(const F& feature, const FeaturePack<typename F::Scalar>* pixels) {
     { feature.width() } -> std::convertible_to<int>;
@@ -81,8 +77,8 @@ struct AnyFeature {
     void (*import)(const void* feature, int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step);
     /// to.a[t - a_first] += the squared distance of the pack at `a` and that at taps + t · step, for a's taps
     /// t; likewise b. `set` starts from the spatial distances.
-    using Distances = void (*)(const void* feature, const T* a, const T* b, const T* taps,
-                               std::ptrdiff_t step, const TapRuns& runs, const TapDistances<T>& to);
+    using Distances = void (*)(const void* feature, const T* a, const T* b, const T* taps, std::ptrdiff_t step,
+                               const TapRuns& runs, const TapDistances<T>& to);
     Distances set, add;
     const void* feature;
     int channels;
