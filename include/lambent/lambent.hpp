@@ -39,6 +39,7 @@
 #include <lambent/core/parallel.hpp>
 #include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
+#include <lambent/core/simd_order.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/denoise/bilateral_lines.hpp>
 #include <lambent/denoise/bilateral_weights.hpp>

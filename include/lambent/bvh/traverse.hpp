@@ -3,6 +3,7 @@
 #include <lambent/bvh/wide.hpp>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/ray.hpp>
+#include <lambent/core/simd_order.hpp>
 #include <algorithm>
 #include <array>
 #include <bit>
