@@ -1,6 +1,7 @@
 // Scene in, EXR out: loads, renders in passes, denoises, writes the image and its planes.
 #include "options.hpp"
 #include "run.hpp"
+#include "validate.hpp"
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -8,7 +9,8 @@
 int main(int argc, char** argv) {
     try {
         const auto options = parse_options(argc, argv);
-        return options ? run(*options) : 0;
+        if (!options) return 0;
+        return options->validate ? validate(*options) : run(*options);
     } catch (const UsageError& e) {
         std::fprintf(stderr, "render: %s\nrender --help lists the options\n", e.what());
         return 2;

@@ -100,6 +100,16 @@ std::optional<Options> parse_options(int argc, char** argv) {
     line.add("--env-rotate DEG", "about the vertical (0)", [&](auto& v) { o.environment_rotation = to_number(v); });
     line.add("--env-scale X", "factor on it (1)", [&](auto& v) { o.environment_scale = to_positive(v); });
     line.add("--sphere-light x,y,z,r,radiance", "one more light; repeatable (none)", [&](auto& v) { add_sphere_light(o, v); });
+    line.add("--scene N", "which of a glTF file's scenes (its default)",
+             [&](auto& v) { o.load.scene = int(to_integer(v, 0, 1 << 20)); });
+    line.add("--scene-root FOLDER", "the scene may name files in and below it (the scene's own)",
+             [&](auto& v) { o.load.root = v; });
+    line.add("--max-triangles N", "refuse scenes with more (268435456)",
+             [&](auto& v) { o.load.max_triangles = std::size_t(to_integer(v, 1, 1ll << 31)); });
+    line.add("--max-nodes N", "refuse scenes with more nodes or instances (16777216)",
+             [&](auto& v) { o.load.max_nodes = std::size_t(to_integer(v, 1, 1ll << 31)); });
+    line.add("--max-pixels N", "leave larger textures out (268435456)",
+             [&](auto& v) { o.load.max_pixels = std::size_t(to_integer(v, 1, 1ll << 31)); });
     line.add("--camera N", "which of the scene's cameras (0)", [&](auto& v) {
         o.camera = int(to_integer(v, 0, 1 << 20));
         o.camera_chosen = true;
@@ -127,6 +137,7 @@ std::optional<Options> parse_options(int argc, char** argv) {
     line.add("--stats F.json", "counts and times (none)", [&](auto& v) { o.stats = v; });
     line.add("--error-target E", "not yet", [](auto&) { throw UsageError("not yet"); });
     line.add("--explain", "not yet", [](auto&) { throw UsageError("not yet"); });
+    line.add("--validate", "print what the scene has and everything suspicious, render nothing", [&](auto&) { o.validate = true; });
     line.add("--quiet", "say nothing but errors (off)", [&](auto&) { o.quiet = true; });
     line.add("--help", "this text", [&](auto&) { help = true; });
     const std::vector<std::string> rest = line.parse(argc, argv);

@@ -1,5 +1,6 @@
 #pragma once
 #include "../support/image_output.hpp"
+#include <lambent/io/load_options.hpp>
 #include <lambent/render/path.hpp>
 #include <lambent/render/render.hpp>
 #include <lambent/scene/scene.hpp>
@@ -20,6 +21,7 @@ struct SphereLightOption {
 /// Everything that the command line of `render` says.
 struct Options {
     std::string scene;
+    lambent::LoadOptions load;
     std::string out = "out.exr", preview, stats, resume;
     std::string film; ///< where the state goes: `out` with the extension .film
     int width = 1280, height = 720;
@@ -42,7 +44,7 @@ struct Options {
     std::optional<double> vertical_fov;
     lambent::PixelWindow crop;
     ImageSettings image;
-    bool quiet = false, checkpoint = false;
+    bool quiet = false, checkpoint = false, validate = false;
     double exposure = 0;
     double time_limit = std::numeric_limits<double>::infinity();
     double firefly_clamp = std::numeric_limits<double>::infinity();

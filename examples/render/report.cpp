@@ -22,9 +22,9 @@ std::string json_list(const std::vector<std::string>& words) {
     return "[" + text + "]";
 }
 
-bool any_mask(const Scene<float>& scene) {
+bool any_alpha(const Scene<float>& scene) {
     return std::any_of(scene.materials.begin(), scene.materials.end(),
-                       [](const Material& m) { return m.alpha_mode == AlphaMode::mask; });
+                       [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
 }
 
 } // namespace
@@ -40,10 +40,10 @@ std::vector<std::string> facts_of(const PreparedScene<float>& prepared) {
     add(!scene.spheres.empty(), "spheres");
     add(!scene.normals.empty(), "vertex_normals");
     add(!scene.colors.empty(), "vertex_colors");
-    add(!scene.textures.empty(), "textures");
-    add(any_mask(scene), "alpha_mask");
+    add(!scene.images.empty(), "textures");
+    add(any_alpha(scene), "alpha");
     add(any_material([](const Material& m) { return m.emissive(); }), "emissive_surfaces");
-    add(any_material([](const Material& m) { return m.emission_texture != no_texture; }), "emissive_textures");
+    add(any_material([](const Material& m) { return bool(m.emission_texture); }), "emissive_textures");
     add(!scene.punctual_lights.empty(), "punctual_lights");
     add(!scene.environment.black(), "environment");
     add(!scene.environment.map.empty(), "environment_map");
@@ -52,7 +52,7 @@ std::vector<std::string> facts_of(const PreparedScene<float>& prepared) {
 
 std::vector<std::string> skipped_by(const Options& o, const Scene<float>& scene) {
     std::vector<std::string> skipped;
-    if (!any_mask(scene)) skipped.emplace_back("alpha_mask");
+    if (!any_alpha(scene)) skipped.emplace_back("alpha");
     if (o.integrator != IntegratorKind::path) return skipped;
     if (o.strategy == PathStrategy::bsdf) skipped.emplace_back("light_sampling");
     if (o.strategy != PathStrategy::both) skipped.emplace_back("mis");

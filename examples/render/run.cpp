@@ -150,14 +150,14 @@ int run(const Options& o) {
     check_files(o);
     RunReport report;
     const Stopwatch whole;
-    const Scene<float> scene = make_scene(o);
+    ThreadExecutor threads(o.threads);
+    const Scene<float> scene = make_scene(o, threads);
     const Camera camera = choose_camera(scene, o);
     if (!o.quiet)
         for (const std::string& note : scene.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
     FilmState<float> state = starting_state(o, scene, camera);
     report.load_s = whole.seconds();
 
-    ThreadExecutor threads(o.threads);
     const PreparedScene<float> prepared(scene, threads);
     report.build_s = whole.seconds() - report.load_s;
 

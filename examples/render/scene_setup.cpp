@@ -18,14 +18,19 @@ Environment make_environment(const Options& o, std::vector<std::string>& notes) 
     return environment;
 }
 
-Scene<float> load(const std::string& name) {
+} // namespace
+
+Scene<float> load_named_scene(const Options& o, ThreadExecutor& threads) {
+    const std::string& name = o.scene;
     if (name == "builtin:cornell") return cornell_scene<float>();
     const std::string room = "builtin:room";
     if (name == room) return room_scene<float>();
     if (name.rfind(room + ":", 0) == 0) return room_scene<float>(int(to_integer(name.substr(room.size() + 1), 1, 64)));
     if (name.rfind("builtin:", 0) == 0) throw UsageError(name + ": there are builtin:cornell and builtin:room");
-    return load_scene<float>(name);
+    return load_scene<float>(name, o.load, threads);
 }
+
+namespace {
 
 bool has_light(const Scene<float>& scene) {
     return !scene.environment.black() || !scene.punctual_lights.empty() ||
@@ -34,8 +39,8 @@ bool has_light(const Scene<float>& scene) {
 
 } // namespace
 
-Scene<float> make_scene(const Options& o) {
-    Scene<float> scene = load(o.scene);
+Scene<float> make_scene(const Options& o, ThreadExecutor& threads) {
+    Scene<float> scene = load_named_scene(o, threads);
     if (!o.environment.empty() || o.constant_environment) scene.environment = make_environment(o, scene.notes);
     for (const SphereLightOption& light : o.sphere_lights) {
         Material m;

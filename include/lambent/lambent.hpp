@@ -83,11 +83,14 @@
 #include <lambent/sampling/sobol.hpp>
 #include <lambent/sampling/stratified.hpp>
 #include <lambent/sampling/warp.hpp>
+#include <lambent/scene/attributes.hpp>
 #include <lambent/scene/builtin.hpp>
 #include <lambent/scene/camera.hpp>
 #include <lambent/scene/fingerprint.hpp>
+#include <lambent/scene/material.hpp>
 #include <lambent/scene/prepared_scene.hpp>
 #include <lambent/scene/scene.hpp>
 #include <lambent/scene/sphere.hpp>
 #include <lambent/scene/surface.hpp>
+#include <lambent/scene/suspicions.hpp>
 #include <lambent/scene/texture.hpp>

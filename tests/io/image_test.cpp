@@ -1,6 +1,7 @@
 #include <lambent/io/image.hpp>
+#include <lambent/core/parallel.hpp>
 #include <lambent/io/scene_file.hpp>
-#include <lambent/io/textures.hpp>
+#include <lambent/scene/fingerprint.hpp>
 #include <io/gltf_builder.hpp>
 #include <support/skip.hpp>
 #include <support/temporary_folder.hpp>
@@ -81,7 +82,7 @@ TEST_CASE("images: PNG out and in again") {
     write_png(folder.file("a.png"), 7, 5, rgb);
     write_png(folder.file("b.png"), 7, 5, rgb);
     CHECK(file_bytes(folder.file("a.png")) == file_bytes(folder.file("b.png")));
-    const Texture texture = read_texture(folder.file("a.png"));
+    const Image texture = read_texture(folder.file("a.png"));
     REQUIRE(texture.width == 7);
     REQUIRE(texture.height == 5);
     for (std::size_t i = 0; i < 35; ++i)
@@ -107,35 +108,39 @@ TEST_CASE("glTF and OBJ: textures from files, data URIs and buffers, shared, wit
         R"("images":[{"uri":"my%20image.png"},{"uri":"data:image/png;base64,)" +
             base64(image) + R"("}])");
     const Scene<float> scene = load_gltf(folder.write("a.gltf", document));
-    REQUIRE(scene.textures.size() == 3);
-    CHECK(scene.materials[0].base_color_texture == scene.materials[1].emission_texture);
-    const Texture& sampled = scene.textures[std::size_t(scene.materials[0].emission_texture)];
+    REQUIRE(scene.images.size() == 2);
+    const Texture& base = scene.materials[0].base_color_texture;
+    CHECK(base.image == scene.materials[1].emission_texture.image);
+    const Texture& sampled = scene.materials[0].emission_texture;
+    CHECK(sampled.image == base.image);
     CHECK(sampled.filter == TextureFilter::nearest);
     CHECK(sampled.wrap_u == Wrap::clamp);
     CHECK(sampled.wrap_v == Wrap::mirror);
-    CHECK(sampled.rgba == scene.textures[0].rgba);
-    for (const Texture& texture : scene.textures) {
-        CHECK(texture.width == 2);
-        CHECK(texture.texel(0, 0) == Vec4f(1, 0, 0, 1));
-        CHECK(texture.texel(1, 1) == Vec4f(1, 1, 1, 1));
+    CHECK(base.filter == TextureFilter::bilinear);
+    for (const Image& pixels : scene.images) {
+        CHECK(pixels.width == 2);
+        CHECK(base.texel(pixels, 0, 0) == Vec4f(1, 0, 0, 1));
+        CHECK(base.texel(pixels, 1, 1) == Vec4f(1, 1, 1, 1));
     }
+    ThreadExecutor threads(4);
+    CHECK(fingerprint(load_gltf(folder.file("a.gltf"), {}, threads)) == fingerprint(scene));
+    CHECK(load_gltf(folder.file("a.gltf"), {.images = ImageLoading::none}).images.empty());
     folder.write(
         "a.mtl",
         "newmtl m\nmap_Kd -clamp on my image.png\nmap_d my image.png\nmap_Ke my image.png\nKe 0 0 0\n");
     const Scene<float> obj = load_obj(folder.write(
         "a.obj",
         "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 1\nvt 1 1\nvt 0 0\nf 1/1 2/2 3/3\n"));
-    REQUIRE(obj.textures.size() == 3);
+    REQUIRE(obj.images.size() == 1);
     const Material& m = obj.materials[0];
-    CHECK(obj.textures[std::size_t(m.base_color_texture)].wrap_u == Wrap::clamp);
-    CHECK(obj.textures[std::size_t(m.base_color_texture)].color_space == ColorSpace::srgb);
-    CHECK(obj.textures[std::size_t(m.alpha_texture)].color_space == ColorSpace::linear);
+    CHECK(m.base_color_texture.wrap_u == Wrap::clamp);
+    CHECK(m.base_color_texture.color_space == ColorSpace::srgb);
+    CHECK(m.alpha_texture.color_space == ColorSpace::linear);
     CHECK(m.alpha_mode == AlphaMode::mask);
     CHECK(m.emission == Vec3f(1));
     // OBJ's (0, 1) is the picture's upper left corner.
     const Vec2f corner = obj.texcoords[obj.triangles[0].x];
-    CHECK(obj.textures[std::size_t(m.base_color_texture)].sample(corner.x + 0.1f, corner.y + 0.1f) ==
-          Vec4f(1, 0, 0, 1));
+    CHECK(m.base_color_texture.sample(obj.images[0], corner + 0.1f) == Vec4f(1, 0, 0, 1));
 }
 #else
 TEST_CASE("images: without OpenImageIO they are a note") {

@@ -92,7 +92,7 @@ TEST_CASE("OBJ: materials from several libraries, with spaces in names, options 
     CHECK(scene.materials[0].base_color == Vec3f(0.5f, 0, 0));
     CHECK(scene.materials[0].emission == Vec3f(1, 2, 3));
     CHECK(scene.materials[1].base_color == Vec3f(0.25f));
-    CHECK(scene.materials[1].base_color_texture == no_texture);
+    CHECK(!scene.materials[1].base_color_texture);
     CHECK(scene.materials[1].alpha_mode == AlphaMode::opaque);
     CHECK(scene.materials[3].base_color == Vec3f(1, 0, 0.5f));
     CHECK(noted(scene, "'absent.mtl' is missing"));

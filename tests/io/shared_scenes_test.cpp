@@ -1,3 +1,4 @@
+#include <lambent/io/gltf_summary.hpp>
 #include <lambent/io/scene_file.hpp>
 #include <support/json.hpp>
 #include <support/skip.hpp>
@@ -37,6 +38,15 @@ TEST_CASE("every shared scene loads with its triangles, bounds and materials") {
             CHECK(std::abs(bounds.max[k] - high) <=
                   6e-6 * std::abs(high) + 1e-6 * max_component(bounds.size()));
         }
+        if (!name.ends_with(".obj")) {
+            const GltfSummary file = summarize_gltf(scenes + name);
+            CHECK(double(file.materials) == fact["materials"].number);
+            CHECK(double(file.textures) == fact["textures"].number);
+            CHECK(double(file.images) == fact["images"].number);
+            CHECK(double(file.nodes) == fact["nodes"].number);
+            CHECK(double(file.depth) == fact["depth"].number);
+            CHECK(double(file.mesh_nodes) == fact["mesh_instances"].number);
+        }
         if (fact.has("materials") && !name.ends_with(".obj")) {
             const std::size_t default_one =
                 !scene.materials.empty() && scene.materials.back().name == "default";
@@ -50,7 +60,7 @@ TEST_CASE("shared scenes hold what their pictures need") {
     const std::size_t with_images = can_read_images ? 1 : 0;
 
     const Scene<float> sponza = load_scene(scenes + "sponza_crytek/sponza.glb");
-    CHECK(sponza.textures.size() == 24 * with_images);
+    CHECK(sponza.images.size() == 24 * with_images);
     CHECK(sponza.materials[0].alpha_mode == AlphaMode::mask);
     CHECK(sponza.texcoords.size() == sponza.positions.size());
     CHECK(sponza.origin == Vec3d(0));
@@ -64,7 +74,7 @@ TEST_CASE("shared scenes hold what their pictures need") {
     CHECK(cornell.materials[0].double_sided);
 
     const Scene<float> sibenik = load_scene(scenes + "sibenik/sibenik.obj");
-    CHECK(sibenik.textures.size() == 2 * with_images);
+    CHECK(sibenik.images.size() == 2 * with_images);
     CHECK(sibenik.materials.size() == 14);
 
     const Scene<float> lights = load_scene(scenes + "lights_punctual/Lights.glb");

@@ -225,12 +225,12 @@ TEST_CASE("emitters with sides and holes: light and chance agree on what shines"
                 Material& m = scene.materials[light];
                 m.double_sided = double_sided;
                 m.alpha_mode = masked ? AlphaMode::mask : AlphaMode::opaque;
-                Texture half;
+                Image half;
                 half.width = 2;
                 half.height = 1;
                 half.rgba = {255, 255, 255, 255, 255, 255, 255, 0};
-                scene.textures.push_back(half);
-                m.base_color_texture = 0;
+                scene.images.push_back(half);
+                m.base_color_texture.image = 0;
                 std::array<Vec3d, 4> quad{Vec3d{-1, 1, -1}, Vec3d{1, 1, -1}, Vec3d{1, 1, 1}, Vec3d{-1, 1, 1}};
                 if (from_behind) std::reverse(quad.begin(), quad.end());
                 lambent::detail::add_quad(scene, quad, light);

@@ -23,6 +23,7 @@ using Vec3f = Vec3<float>;
 using Vec4f = Vec4<float>;
 using Vec2d = Vec2<double>;
 using Vec3d = Vec3<double>;
+using Vec4d = Vec4<double>;
 using Mat4d = Mat4<double>;
 using UVec3 = glm::vec<3, std::uint32_t>;
 

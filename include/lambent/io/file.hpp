@@ -29,16 +29,21 @@ inline std::uint64_t file_size(const std::string& path) {
     return size;
 }
 
-/// All bytes of a regular file.
+/// All bytes of a regular file, to a string or a vector of bytes.
 /// throws lambent::Error when it can't be read
-inline std::string read_file(const std::string& path) {
-    std::string bytes(file_size(path), '\0');
+template <class Bytes>
+void read_file(const std::string& path, Bytes& bytes) {
+    bytes.resize(file_size(path));
     const OpenFile file(std::fopen(path.c_str(), "rb"));
     require(file != nullptr, [&] { return path + ": cannot be opened for reading"; });
     const std::size_t got = std::fread(bytes.data(), 1, bytes.size(), file.get());
     require(got == bytes.size(), [&] {
         return path + ": read " + std::to_string(got) + " of " + std::to_string(bytes.size()) + " bytes";
     });
+}
+inline std::string read_file(const std::string& path) {
+    std::string bytes;
+    read_file(path, bytes);
     return bytes;
 }
 

@@ -2,12 +2,16 @@
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/error.hpp>
 #include <lambent/core/numerics.hpp>
+#include <lambent/core/parallel.hpp>
 #include <lambent/io/gltf_material.hpp>
 #include <lambent/io/gltf_mesh.hpp>
+#include <lambent/io/gltf_node.hpp>
 #include <lambent/io/gltf_parse.hpp>
 #include <lambent/io/gltf_validate.hpp>
 #include <lambent/io/load_options.hpp>
+#include <lambent/io/notes.hpp>
 #include <lambent/io/recentre.hpp>
+#include <lambent/scene/attributes.hpp>
 #include <lambent/scene/scene.hpp>
 #include <algorithm>
 #include <cmath>
@@ -15,6 +19,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tiny_gltf.h>
 #include <utility>
 #include <vector>
@@ -23,54 +28,37 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
 
-/// A node's own transform, in double.
-/// throws lambent::Error when its quaternion has no direction
-inline Mat4d gltf_node_matrix(const tinygltf::Node& node, const std::string& where) {
-    Mat4d m(1.0);
-    if (node.matrix.size() == 16) {
-        for (int k = 0; k < 16; ++k) m[k / 4][k % 4] = node.matrix[std::size_t(k)];
-        return m;
-    }
-    if (node.rotation.size() == 4) {
-        double x = node.rotation[0], y = node.rotation[1], z = node.rotation[2], w = node.rotation[3];
-        const double norm = std::sqrt(x * x + y * y + z * z + w * w);
-        require(norm > 0, [&] { return where + "/rotation: a quaternion of length 0"; });
-        x /= norm, y /= norm, z /= norm, w /= norm;
-        m[0] = {1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w), 0};
-        m[1] = {2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w), 0};
-        m[2] = {2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y), 0};
-    }
-    if (node.scale.size() == 3)
-        for (int k = 0; k < 3; ++k) m[k] *= node.scale[std::size_t(k)];
-    if (node.translation.size() == 3)
-        m[3] = {node.translation[0], node.translation[1], node.translation[2], 1};
-    return m;
-}
-
 /// Unrolls the default scene of one glTF file.
 template <class T>
 class GltfLoader {
 public:
-    GltfLoader(const std::string& path, const LoadOptions& options)
-        : path_(path), options_(options), model_(parse_gltf(path_)) {}
+    GltfLoader(std::string_view bytes, const std::string& path, const LoadOptions& options)
+        : path_(path), options_(options), model_(parse_gltf(bytes, path_, options_)), notes_(path) {}
 
-    Scene<T> load() {
+    template <class E>
+    Scene<T> load(E& executor) {
         GltfValidator(model_, path_, options_).check();
         const std::vector<Placed> nodes = placed_nodes();
-        check_totals(nodes);
-        GltfMaterials<T> materials(model_, path_, options_, scene_);
+        const Totals totals = check_totals(nodes);
+        positions_.reserve(totals.vertices);
+        scene_.triangles.reserve(totals.triangles);
+        scene_.triangle_materials.reserve(totals.triangles);
+        GltfMaterials<T> materials(model_, path_, options_, scene_, notes_);
         meshes_.resize(model_.meshes.size());
         for (const Placed& placed : nodes) {
             const tinygltf::Node& node = model_.nodes[std::size_t(placed.node)];
-            if (node.mesh >= 0) add_mesh(node.mesh, placed.matrix, materials);
+            if (node.mesh >= 0) add_instances(placed, materials);
             if (node.camera >= 0) add_camera(node, placed.matrix);
             add_light(node, placed);
         }
-        store_notes();
+        complete_attributes();
         Bounds3<double> bounds;
         for (const UVec3& t : scene_.triangles)
             for (int k = 0; k < 3; ++k) bounds.add(positions_[t[k]]);
         store_positions(scene_, positions_, bounds);
+        materials.load_images(executor);
+        add_tangents(scene_);
+        store_notes();
         scene_.validate();
         return std::move(scene_);
     }
@@ -93,16 +81,13 @@ private:
             Placed placed = open.back();
             open.pop_back();
             const auto index = std::size_t(placed.node);
-            const std::string where = path_ + ": /nodes/" + std::to_string(placed.node);
+            const std::string where = place_of(placed.node);
             require(!seen[index],
                     [&] { return where + ": the node is reached twice, by a cycle or by two parents"; });
             seen[index] = 1;
             const tinygltf::Node& node = model_.nodes[index];
             placed.matrix = placed.matrix * gltf_node_matrix(node, where);
-            for (int k = 0; k < 4; ++k)
-                for (int r = 0; r < 4; ++r)
-                    require(is_finite(placed.matrix[k][r]),
-                            [&] { return where + ": its world transform overflows"; });
+            check_finite(placed.matrix, where);
             for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
                 open.push_back({*it, placed.matrix});
             out.push_back(placed);
@@ -110,8 +95,22 @@ private:
         return out;
     }
 
+    std::string place_of(int node) const { return path_ + ": /nodes/" + std::to_string(node); }
+
+    static void check_finite(const Mat4d& matrix, const std::string& where) {
+        for (int k = 0; k < 4; ++k)
+            for (int r = 0; r < 4; ++r)
+                require(is_finite(matrix[k][r]), [&] { return where + ": its world transform overflows"; });
+    }
+
     std::vector<int> root_nodes() {
-        if (!model_.scenes.empty()) return model_.scenes[std::size_t(std::max(model_.defaultScene, 0))].nodes;
+        const auto count = int(model_.scenes.size());
+        require(options_.scene < count, [&] {
+            return path_ + ": scene " + std::to_string(options_.scene) + " of " + std::to_string(count);
+        });
+        if (count > 0)
+            return model_.scenes[std::size_t(options_.scene >= 0 ? options_.scene : std::max(model_.defaultScene, 0))]
+                .nodes;
         std::vector<char> child(model_.nodes.size(), 0);
         for (const tinygltf::Node& node : model_.nodes)
             for (const int c : node.children) child[std::size_t(c)] = 1;
@@ -123,45 +122,62 @@ private:
         return roots;
     }
 
-    void check_totals(const std::vector<Placed>& nodes) const {
-        std::size_t triangles = 0, vertices = 0;
+    struct Totals {
+        std::size_t triangles = 0, vertices = 0, instances = 0;
+    };
+
+    /// What the nodes unroll to, before anything of that size is made.
+    Totals check_totals(const std::vector<Placed>& nodes) const {
+        Totals totals;
         for (const Placed& placed : nodes) {
-            const int mesh = model_.nodes[std::size_t(placed.node)].mesh;
-            if (mesh < 0) continue;
-            for (const tinygltf::Primitive& p : model_.meshes[std::size_t(mesh)].primitives) {
+            const tinygltf::Node& node = model_.nodes[std::size_t(placed.node)];
+            if (node.mesh < 0) continue;
+            const std::size_t copies = GltfInstancing(model_, node, place_of(placed.node)).count;
+            totals.instances += copies;
+            require(totals.instances <= options_.max_nodes, [&] {
+                return path_ + ": more than " + std::to_string(options_.max_nodes) + " instances of meshes";
+            });
+            for (const tinygltf::Primitive& p : model_.meshes[std::size_t(node.mesh)].primitives) {
                 if (!gltf_has_triangles(p)) continue;
-                triangles += gltf_triangle_count(model_, p);
-                vertices += model_.accessors[std::size_t(p.attributes.at("POSITION"))].count;
-                require(triangles <= options_.max_triangles && vertices <= options_.max_vertices, [&] {
-                    return path_ + ": its instances unroll to more than " +
-                           std::to_string(options_.max_triangles) + " triangles or " +
-                           std::to_string(options_.max_vertices) + " vertices";
+                // Counts are below 2^32 and copies below 2^24: no overflow.
+                totals.triangles += copies * gltf_triangle_count(model_, p);
+                totals.vertices += copies * model_.accessors[std::size_t(p.attributes.at("POSITION"))].count;
+                require(totals.triangles <= options_.max_triangles && totals.vertices <= options_.max_vertices, [&] {
+                    return path_ + ": its instances unroll to more than " + std::to_string(options_.max_triangles) +
+                           " triangles or " + std::to_string(options_.max_vertices) + " vertices";
                 });
             }
         }
+        return totals;
     }
 
-    void add_mesh(int mesh, const Mat4d& matrix, GltfMaterials<T>& materials) {
-        auto& decoded = meshes_[std::size_t(mesh)];
-        if (!decoded) {
-            decoded.emplace();
-            const auto& primitives = model_.meshes[std::size_t(mesh)].primitives;
-            for (std::size_t k = 0; k < primitives.size(); ++k) {
-                if (!primitives[k].targets.empty()) ++morphed_;
-                if (!gltf_has_triangles(primitives[k])) {
-                    ++counts_.points_and_lines;
-                    continue;
-                }
-                const std::string where =
-                    "/meshes/" + std::to_string(mesh) + "/primitives/" + std::to_string(k);
-                decoded->push_back(decode_gltf_primitive(model_, primitives[k],
-                                                         materials.texcoords(primitives[k].material), path_,
-                                                         where, counts_));
-            }
+    void add_instances(const Placed& placed, GltfMaterials<T>& materials) {
+        const tinygltf::Node& node = model_.nodes[std::size_t(placed.node)];
+        const GltfInstancing instancing(model_, node, place_of(placed.node));
+        const std::vector<GltfPrimitive>& mesh = decoded_mesh(node.mesh);
+        if (node.skin >= 0) notes_.add("meshes with a skin keep their rest pose", "/nodes/" + std::to_string(placed.node));
+        for (const Mat4d& local : instancing.matrices(model_, path_)) {
+            const Mat4d world = placed.matrix * local;
+            check_finite(world, place_of(placed.node));
+            for (const GltfPrimitive& p : mesh)
+                add_primitive(p, world, p.material >= 0 ? std::uint32_t(p.material) : materials.default_material());
         }
-        for (const GltfPrimitive& p : *decoded)
-            add_primitive(p, matrix,
-                          p.material >= 0 ? std::uint32_t(p.material) : materials.default_material());
+    }
+
+    const std::vector<GltfPrimitive>& decoded_mesh(int mesh) {
+        auto& decoded = meshes_[std::size_t(mesh)];
+        if (decoded) return *decoded;
+        decoded.emplace();
+        const auto& primitives = model_.meshes[std::size_t(mesh)].primitives;
+        for (std::size_t k = 0; k < primitives.size(); ++k) {
+            const std::string where = "/meshes/" + std::to_string(mesh) + "/primitives/" + std::to_string(k);
+            if (!primitives[k].targets.empty()) notes_.add("primitives have morph targets and keep their rest shape", where);
+            if (gltf_has_triangles(primitives[k]))
+                decoded->push_back(decode_gltf_primitive(model_, primitives[k], path_, where, notes_));
+            else
+                notes_.add("primitives of points or lines were skipped", where);
+        }
+        return *decoded;
     }
 
     void add_primitive(const GltfPrimitive& p, const Mat4d& matrix, std::uint32_t material) {
@@ -181,7 +197,17 @@ private:
                 scene_.normals.push_back(size > 0 && is_finite(size) ? Vec3f(n / size) : Vec3f(0));
             }
         }
+        if (!p.tangents.empty()) {
+            scene_.tangents.resize(first, Vec4f(0));
+            for (const Vec4f& v : p.tangents) {
+                const Vec3d t = x * double(v.x) + y * double(v.y) + z * double(v.z);
+                const double size = length(t);
+                const float sign = (v.w < 0) == mirrored ? 1.0f : -1.0f;
+                scene_.tangents.push_back(size > 0 && is_finite(size) ? Vec4f(Vec3f(t / size), sign) : Vec4f(0));
+            }
+        }
         append(scene_.texcoords, p.texcoords, first, Vec2f(0));
+        append(scene_.texcoords1, p.texcoords1, first, Vec2f(0));
         append(scene_.colors, p.colors, first, Vec4f(1));
         const auto offset = std::uint32_t(first);
         for (UVec3 t : p.triangles) {
@@ -205,8 +231,8 @@ private:
         const double fov = in.perspective.yfov * 180 / pi<double>;
         const Vec3d ahead = -Vec3d(matrix[2]), up(matrix[1]);
         if (in.type != "perspective" || !(fov > 0 && fov < 180) || !(length(ahead) > 0 && length(up) > 0)) {
-            scene_.notes.push_back(path_ + ": /cameras/" + std::to_string(node.camera) +
-                                   " is no perspective camera that can be used and is left out");
+            notes_.add("cameras are not perspective or can't be used, and are left out",
+                       "/cameras/" + std::to_string(node.camera));
             return;
         }
         Camera camera;
@@ -223,7 +249,7 @@ private:
         if (!extension.IsObject()) return;
         const double index = gltf_number(extension, "light", -1);
         const std::string where =
-            path_ + ": /nodes/" + std::to_string(placed.node) + "/extensions/KHR_lights_punctual";
+            place_of(placed.node) + "/extensions/KHR_lights_punctual";
         require(index >= 0 && index < double(model_.lights.size()), [&] {
             return where + ": light " + std::to_string(index) + " of " + std::to_string(model_.lights.size());
         });
@@ -248,23 +274,24 @@ private:
         scene_.punctual_lights.push_back(light);
     }
 
-    void store_notes() {
+    /// Attributes end with the last primitive to have them.
+    void complete_attributes() {
         const std::size_t vertices = positions_.size();
-        if (!scene_.normals.empty()) scene_.normals.resize(vertices, Vec3f(0));
-        if (!scene_.texcoords.empty()) scene_.texcoords.resize(vertices, Vec2f(0));
-        if (!scene_.colors.empty()) scene_.colors.resize(vertices, Vec4f(1));
-        const auto note = [&](std::size_t count, const char* what) {
-            if (count > 0) scene_.notes.push_back(path_ + ": " + std::to_string(count) + " " + what);
+        const auto complete = [&](auto& values, const auto& missing) {
+            if (!values.empty()) values.resize(vertices, missing);
         };
-        note(counts_.points_and_lines, "primitives of points or lines were skipped");
-        note(counts_.leftover_vertices, "vertices at the end of triangle lists make no triangle");
-        note(counts_.repaired, "normals, texture coordinates or colours are not finite and were replaced");
-        note(morphed_, "primitives have morph targets and keep their rest shape");
-        note(model_.skins.size(), "skins are ignored: their meshes keep their rest pose");
-        note(model_.animations.size(), "animations are ignored");
+        complete(scene_.normals, Vec3f(0));
+        complete(scene_.tangents, Vec4f(0));
+        complete(scene_.texcoords, Vec2f(0));
+        complete(scene_.texcoords1, Vec2f(0));
+        complete(scene_.colors, Vec4f(1));
+    }
+
+    void store_notes() {
+        notes_.add("animations are ignored", {}, model_.animations.size());
         for (const std::string& name : model_.extensionsUsed)
-            if (!gltf_extension_known(name))
-                scene_.notes.push_back(path_ + ": the extension " + name + " is not supported and ignored");
+            if (!gltf_extension_known(name)) notes_.add("extensions are not supported and ignored: " + name);
+        notes_.store(scene_.notes);
     }
 
     const std::string path_;
@@ -273,22 +300,33 @@ private:
     Scene<T> scene_;
     std::vector<Vec3d> positions_;
     std::vector<std::optional<std::vector<GltfPrimitive>>> meshes_;
-    GltfMeshCounts counts_;
-    std::size_t morphed_ = 0;
+    Notes notes_;
 };
 
 } // namespace detail
 
-/// Loads the default scene of a .gltf or .glb file: every mesh instance unrolled to world space (in double,
-/// then recentred), strips and fans to triangles, cameras, KHR_lights_punctual, base colour and emission with
-/// their textures, alpha masks, vertex colours. Materials beyond Lambert show their base colour. A missing or
-/// unreadable image is a note, and the factor is used alone. Notes also count whatever was left out.
-/// throws lambent::Error, with the file and a JSON pointer, on a file that is damaged or contradicts itself,
-///         on required extensions that are not supported, and beyond the options' limits
+/// Loads a scene of the bytes of a .gltf or .glb file; `path` names it in messages and finds the files that it names.
+template <class T = float, class E>
+Scene<T> load_gltf_bytes(std::string_view bytes, const std::string& path, const LoadOptions& options, E& executor) {
+    return detail::GltfLoader<T>(bytes, path, options).load(executor);
+}
+
+/// Loads a scene of a .gltf or .glb file: every mesh instance (EXT_mesh_gpu_instancing's too) unrolled to world space, in
+/// double, then recentred; strips and fans as triangles; cameras, KHR_lights_punctual; materials with their textures and
+/// the extensions that Material has fields for. Images are decoded at the end, in parallel. A missing or unreadable one is
+/// a note, and the factor is used alone. Notes also count whatever was left out: points, lines, skins, morph targets,
+/// animations, unknown extensions.
+/// throws lambent::Error, with the file and a JSON pointer, on a file that is damaged or contradicts itself, on required
+///         extensions that are not supported, on files outside of the scene's folder, and beyond the options' limits
 /// needs   lambent::gltf; lambent::image for textures
+template <class T = float, class E>
+Scene<T> load_gltf(const std::string& path, const LoadOptions& options, E& executor) {
+    return load_gltf_bytes<T>(detail::read_file(path), path, options, executor);
+}
 template <class T = float>
 Scene<T> load_gltf(const std::string& path, const LoadOptions& options = {}) {
-    return detail::GltfLoader<T>(path, options).load();
+    SerialExecutor serial;
+    return load_gltf<T>(path, options, serial);
 }
 
 } // namespace LAMBENT_ABI

@@ -3,7 +3,7 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/io/gltf_accessor.hpp>
-#include <lambent/io/gltf_material.hpp>
+#include <lambent/io/notes.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -17,15 +17,11 @@ namespace detail {
 /// A primitive's arrays, decoded, in the mesh's own space. Attributes that it lacks are empty.
 struct GltfPrimitive {
     std::vector<Vec3f> positions, normals;
-    std::vector<Vec2f> texcoords;
+    std::vector<Vec4f> tangents;
+    std::vector<Vec2f> texcoords, texcoords1;
     std::vector<Vec4f> colors;
     std::vector<UVec3> triangles;
     int material = -1;
-};
-
-/// What was left out of the meshes.
-struct GltfMeshCounts {
-    std::size_t points_and_lines = 0, leftover_vertices = 0, repaired = 0;
 };
 
 inline bool gltf_has_triangles(const tinygltf::Primitive& p) {
@@ -63,8 +59,7 @@ std::vector<UVec3> gltf_triangles(int mode, std::size_t count, Corner&& corner) 
 /// Decodes one primitive of a validated model.
 /// throws lambent::Error on a vertex index out of range and on positions that are not finite
 inline GltfPrimitive decode_gltf_primitive(const tinygltf::Model& model, const tinygltf::Primitive& p,
-                                           const GltfTexcoords& coords, const std::string& path,
-                                           const std::string& where, GltfMeshCounts& counts) {
+                                           const std::string& path, const std::string& where, Notes& notes) {
     const GltfAccessors read(model, path);
     GltfPrimitive out;
     out.material = p.material;
@@ -82,17 +77,18 @@ inline GltfPrimitive decode_gltf_primitive(const tinygltf::Model& model, const t
             for (int c = 0; c < v.length(); ++c)
                 if (!is_finite(v[c])) {
                     v = repair;
-                    ++counts.repaired;
+                    notes.add("normals, tangents, texture coordinates or colours are not finite and were replaced", where);
                     break;
                 }
     };
     attribute("NORMAL", out.normals, Vec3f(0));
-    attribute("TEXCOORD_" + std::to_string(coords.set), out.texcoords, Vec2f(0));
+    attribute("TANGENT", out.tangents, Vec4f(0));
+    attribute("TEXCOORD_0", out.texcoords, Vec2f(0));
+    attribute("TEXCOORD_1", out.texcoords1, Vec2f(0));
     attribute("COLOR_0", out.colors, Vec4f(1));
-    for (Vec2f& uv : out.texcoords) uv = coords(uv);
 
     const std::size_t corners = gltf_corner_count(model, p), count = gltf_triangle_count(model, p);
-    if (p.mode <= TINYGLTF_MODE_TRIANGLES) counts.leftover_vertices += corners % 3;
+    if (p.mode <= TINYGLTF_MODE_TRIANGLES) notes.add("vertices at the end of triangle lists make no triangle", where, corners % 3);
     if (p.indices < 0) {
         out.triangles = gltf_triangles(p.mode, count, [](std::size_t i) { return std::uint32_t(i); });
         return out;

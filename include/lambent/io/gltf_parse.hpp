@@ -1,13 +1,15 @@
 #pragma once
 #include <lambent/core/error.hpp>
 #include <lambent/io/file.hpp>
+#include <lambent/io/load_options.hpp>
+#include <lambent/io/scene_root.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <exception>
-#include <filesystem>
 #include <limits>
 #include <string>
-#include <system_error>
+#include <string_view>
 #include <tiny_gltf.h>
 #include <vector>
 
@@ -15,8 +17,8 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
 
-/// Checks a binary glTF's header and chunk lengths against the bytes that are there.
-inline void check_glb(const std::string& bytes, const std::string& path) {
+/// Checks a binary glTF's header and chunk lengths against the bytes that are there; gives its JSON.
+inline std::string_view check_glb(std::string_view bytes, const std::string& path) {
     const auto word = [&](std::size_t at) {
         std::uint32_t value = 0;
         std::memcpy(&value, bytes.data() + at, 4);
@@ -42,42 +44,96 @@ inline void check_glb(const std::string& bytes, const std::string& path) {
                 [&] { return path + ": its first chunk is not JSON"; });
         at += 8 + size;
     }
+    return bytes.substr(20, std::size_t(word(12)));
 }
 
-/// tinygltf reads files through these: regular files only, and images stay as they are stored.
-inline tinygltf::FsCallbacks gltf_file_callbacks() {
-    tinygltf::FsCallbacks callbacks{};
-    callbacks.FileExists = [](const std::string& file, void*) {
-        std::error_code error;
-        return std::filesystem::is_regular_file(file, error);
-    };
-    callbacks.ExpandFilePath = [](const std::string& file, void*) { return file; };
-    callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* message,
-                                 const std::string& file, void*) {
+/// Checks that JSON text does not nest deeper than any glTF file does: readers recurse.
+inline void check_json_depth(std::string_view text, const std::string& path) {
+    constexpr int most = 256;
+    int depth = 0;
+    bool quoted = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (quoted) {
+            if (c == '\\') ++i;
+            else if (c == '"') quoted = false;
+        } else if (c == '"') {
+            quoted = true;
+        } else if (c == '{' || c == '[') {
+            require(++depth <= most, [&] { return path + ": JSON nested deeper than " + std::to_string(most); });
+        } else if (c == '}' || c == ']') {
+            --depth;
+        }
+    }
+}
+
+/// The files that a glTF document names, as tinygltf asks for them: regular ones inside of the scene's root, and no
+/// more bytes than the options allow.
+class GltfFiles {
+public:
+    GltfFiles(const std::string& path, const LoadOptions& options)
+        : path_(path), root_(root_of(path, options)), left_(options.max_bytes), most_(options.max_bytes) {}
+
+    /// Why the first file that was asked for was not given; empty if all were.
+    const std::string& refusal() const { return refusal_; }
+
+    tinygltf::FsCallbacks callbacks() {
+        tinygltf::FsCallbacks c{};
+        c.user_data = this;
+        c.FileExists = [](const std::string& file, void* self) { return static_cast<GltfFiles*>(self)->exists(file); };
+        c.ExpandFilePath = [](const std::string& file, void*) { return file; };
+        c.ReadWholeFile = [](std::vector<unsigned char>* out, std::string*, const std::string& file, void* self) {
+            return static_cast<GltfFiles*>(self)->read(*out, file);
+        };
+        return c;
+    }
+
+private:
+    template <class F>
+    bool attempt(F&& f) {
         try {
-            const std::string bytes = read_file(file);
-            out->assign(bytes.begin(), bytes.end());
+            f();
             return true;
         } catch (const std::exception& error) {
-            if (message != nullptr) *message += error.what();
+            if (refusal_.empty()) refusal_ = error.what();
             return false;
         }
-    };
-    return callbacks;
-}
+    }
+    bool exists(const std::string& file) {
+        return attempt([&] {
+            check_inside(root_, file, path_);
+            file_size(file);
+        });
+    }
+    bool read(std::vector<unsigned char>& out, const std::string& file) {
+        return attempt([&] {
+            const std::uint64_t size = file_size(file);
+            require(size <= left_, [&] {
+                return path_ + ": the files that it names have more than " + std::to_string(most_) + " bytes";
+            });
+            left_ -= std::size_t(size);
+            read_file(file, out);
+        });
+    }
 
-/// Parses a .gltf or .glb file, by its first bytes, with buffers and images loaded but nothing checked.
+    const std::string& path_;
+    std::string root_, refusal_;
+    std::size_t left_, most_;
+};
+
+/// Parses the bytes of a .gltf or .glb file named `path`, which of the two by its first bytes, with buffers and images
+/// loaded but nothing checked.
 /// throws lambent::Error with tinygltf's words on what it notices
-inline tinygltf::Model parse_gltf(const std::string& path) {
-    const std::string bytes = read_file(path);
+inline tinygltf::Model parse_gltf(std::string_view bytes, const std::string& path, const LoadOptions& options) {
     require(!bytes.empty(), [&] { return path + ": the file is empty"; });
     require(bytes.size() <= std::numeric_limits<std::uint32_t>::max(),
             [&] { return path + ": larger than 4 GiB"; });
     const bool binary = bytes.starts_with("glTF") || extension_of(path) == "glb";
-    if (binary) check_glb(bytes, path);
+    check_json_depth(binary ? check_glb(bytes, path) : bytes, path);
+    GltfFiles files(path, options);
     tinygltf::Model model;
     tinygltf::TinyGLTF parser;
-    parser.SetFsCallbacks(gltf_file_callbacks());
+    parser.SetFsCallbacks(files.callbacks());
     // Encoded images are kept and decoded later, once they are known to be used; those in a buffer view,
     // whose range nobody has checked here, are not even looked at.
     parser.SetImageLoader(
@@ -102,7 +158,10 @@ inline tinygltf::Model parse_gltf(const std::string& path) {
     for (char& c : error)
         if (c == '\n') c = ' ';
     while (error.ends_with(' ')) error.pop_back();
-    require(parsed, [&] { return path + ": " + (error.empty() ? "not a glTF file" : error); });
+    require(parsed, [&] {
+        return path + ": " + (error.empty() ? "not a glTF file" : error) +
+               (files.refusal().empty() ? "" : " (" + files.refusal() + ")");
+    });
     return model;
 }
 

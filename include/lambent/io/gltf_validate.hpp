@@ -15,12 +15,15 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
 
-/// Whether we honour an extension, or lose only looks by passing it over, so that a file may require it.
+/// Whether we honour an extension, or lose nothing by passing it over, so that a file may require it.
 inline bool gltf_extension_known(std::string_view name) {
-    for (const std::string_view known : {"KHR_lights_punctual", "KHR_texture_transform",
-                                         "KHR_mesh_quantization", "KHR_xmp", "KHR_xmp_json_ld"})
+    for (const std::string_view known :
+         {"KHR_lights_punctual", "KHR_texture_transform", "KHR_mesh_quantization", "EXT_mesh_gpu_instancing",
+          "KHR_materials_clearcoat", "KHR_materials_emissive_strength", "KHR_materials_ior", "KHR_materials_sheen",
+          "KHR_materials_specular", "KHR_materials_transmission", "KHR_materials_unlit", "KHR_materials_variants",
+          "KHR_materials_volume", "KHR_xmp", "KHR_xmp_json_ld"})
         if (name == known) return true;
-    return name.starts_with("KHR_materials_");
+    return false;
 }
 
 /// Checks a parsed glTF model: tinygltf takes nearly every number as it comes. Afterwards every index,
@@ -34,6 +37,9 @@ public:
     /// throws lambent::Error with the file, a JSON pointer and the numbers
     void check() const {
         check_extensions();
+        if (model_.nodes.size() > options_.max_nodes)
+            refuse("/nodes", std::to_string(model_.nodes.size()) + " nodes, over the limit of " +
+                                 std::to_string(options_.max_nodes));
         for (std::size_t i = 0; i < model_.bufferViews.size(); ++i) check_buffer_view(i);
         for (std::size_t i = 0; i < model_.accessors.size(); ++i) check_accessor(i);
         for (std::size_t i = 0; i < model_.images.size(); ++i)
@@ -144,8 +150,14 @@ private:
     void check_material(std::size_t i) const {
         const tinygltf::Material& m = model_.materials[i];
         const std::string where = at("materials", i);
-        for (const int t : {m.pbrMetallicRoughness.baseColorTexture.index, m.emissiveTexture.index})
+        const auto& pbr = m.pbrMetallicRoughness;
+        for (const int t : {pbr.baseColorTexture.index, pbr.metallicRoughnessTexture.index, m.normalTexture.index,
+                            m.occlusionTexture.index, m.emissiveTexture.index})
             optional_index(t, model_.textures.size(), where);
+        for (const double v : {pbr.metallicFactor, pbr.roughnessFactor, m.normalTexture.scale, m.alphaCutoff})
+            if (!is_finite(float(v))) refuse(where, "a number that is not finite");
+        if (m.alphaMode != "OPAQUE" && m.alphaMode != "MASK" && m.alphaMode != "BLEND")
+            refuse(where + "/alphaMode", "'" + m.alphaMode + "' is none of OPAQUE, MASK and BLEND");
         const std::vector<double>&base = m.pbrMetallicRoughness.baseColorFactor, &emissive = m.emissiveFactor;
         if (!base.empty()) check_numbers(base, 4, where + "/pbrMetallicRoughness/baseColorFactor");
         if (!emissive.empty()) check_numbers(emissive, 3, where + "/emissiveFactor");
@@ -172,6 +184,7 @@ private:
             index(accessor, model_.accessors.size(), attribute);
             const tinygltf::Accessor& a = model_.accessors[std::size_t(accessor)];
             if (name == "POSITION" || name == "NORMAL") check_type(a, {TINYGLTF_TYPE_VEC3}, attribute);
+            if (name == "TANGENT") check_type(a, {TINYGLTF_TYPE_VEC4}, attribute);
             if (name.starts_with("TEXCOORD_")) check_type(a, {TINYGLTF_TYPE_VEC2}, attribute);
             if (name.starts_with("COLOR_"))
                 check_type(a, {TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC4}, attribute);

@@ -123,10 +123,10 @@ RawImage<Value> decode_image(std::string_view bytes, const std::string& name, st
 /// Decodes a PNG or JPEG file in memory to RGBA8: grey is spread, a missing alpha is 1, 16 bits are rounded
 /// to 8.
 /// throws lambent::Error with `name` on anything else, damaged data, or more than max_pixels
-inline Texture decode_texture(std::string_view bytes, const std::string& name,
+inline Image decode_texture(std::string_view bytes, const std::string& name,
                               std::size_t max_pixels = std::size_t(1) << 28) {
     const detail::RawImage<std::uint8_t> image = detail::decode_image<std::uint8_t>(bytes, name, max_pixels);
-    Texture texture;
+    Image texture;
     texture.width = image.width;
     texture.height = image.height;
     texture.name = name;
@@ -146,7 +146,7 @@ inline Texture decode_texture(std::string_view bytes, const std::string& name,
 }
 
 /// decode_texture() of a file.
-inline Texture read_texture(const std::string& path, std::size_t max_pixels = std::size_t(1) << 28) {
+inline Image read_texture(const std::string& path, std::size_t max_pixels = std::size_t(1) << 28) {
     return decode_texture(detail::read_file(path), path, max_pixels);
 }
 

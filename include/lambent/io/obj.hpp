@@ -7,6 +7,7 @@
 #include <lambent/io/obj_text.hpp>
 #include <lambent/io/polygon.hpp>
 #include <lambent/io/recentre.hpp>
+#include <lambent/io/scene_root.hpp>
 #include <lambent/io/textures.hpp>
 #include <lambent/scene/scene.hpp>
 #include <algorithm>
@@ -29,10 +30,11 @@ class ObjLoader {
 public:
     ObjLoader(const std::string& path, const LoadOptions& options) : path_(path), options_(options) {}
 
-    Scene<T> load() {
+    template <class E>
+    Scene<T> load(E& executor) {
         parse();
         store_vertices();
-        store_materials();
+        store_materials(executor);
         store_notes();
         scene_.validate();
         return std::move(scene_);
@@ -205,8 +207,9 @@ private:
         store_positions(scene_, positions, bounds);
     }
 
-    void store_materials() {
-        TextureLibrary library(scene_.textures, scene_.notes);
+    template <class E>
+    void store_materials(E& executor) {
+        ImageLibrary library;
         for (Material& material : scene_.materials) {
             const auto known = definitions_.find(material.name);
             if (known == definitions_.end()) {
@@ -221,23 +224,28 @@ private:
             material.emission_texture = texture(library, mtl.emission_map, ColorSpace::srgb);
             // A Ke of 0 beside a map_Ke is what exporters write by default; the map alone counts then.
             if (mtl.emission) material.emission = max(*mtl.emission, Vec3f(0));
-            if (material.emission_texture != no_texture && is_black(material.emission))
-                material.emission = Vec3f(1);
+            if (material.emission_texture && is_black(material.emission)) material.emission = Vec3f(1);
             material.alpha_texture = texture(library, mtl.opacity_map, ColorSpace::linear);
-            if (material.alpha_texture != no_texture) {
+            if (material.alpha_texture) {
                 material.alpha_mode = AlphaMode::mask;
             } else if (mtl.opacity < 1) {
                 ++translucent_;
             }
         }
+        library.store(scene_, options_.images, executor);
     }
 
-    std::int32_t texture(TextureLibrary& library, const MtlMap& map, ColorSpace space) {
-        if (map.file.empty()) return no_texture;
-        TextureSampling sampling{.color_space = space};
-        if (map.clamp) sampling.wrap_u = sampling.wrap_v = Wrap::clamp;
+    Texture texture(ImageLibrary& library, const MtlMap& map, ColorSpace space) {
+        Texture out;
+        if (map.file.empty()) return out;
+        out.color_space = space;
+        if (map.clamp) out.wrap_u = out.wrap_v = Wrap::clamp;
         const std::string file = folder_of(path_) + map.file;
-        return library.get(file, sampling, [&] { return read_texture(file, options_.max_pixels); });
+        out.image = library.get(file, [this, file] {
+            check_inside(root_of(path_, options_), file, path_);
+            return read_texture(file, options_.max_pixels);
+        });
+        return out;
     }
 
     void store_notes() {
@@ -281,9 +289,14 @@ private:
 /// and the surface shows its Kd. Notes also count what was left out.
 /// throws lambent::Error, with file and line, on malformed numbers and on vertex indices out of range
 /// cost    one pass over the text; memory about four times the file's size
+template <class T = float, class E>
+Scene<T> load_obj(const std::string& path, const LoadOptions& options, E& executor) {
+    return detail::ObjLoader<T>(path, options).load(executor);
+}
 template <class T = float>
 Scene<T> load_obj(const std::string& path, const LoadOptions& options = {}) {
-    return detail::ObjLoader<T>(path, options).load();
+    SerialExecutor serial;
+    return load_obj<T>(path, options, serial);
 }
 
 } // namespace LAMBENT_ABI

@@ -1,11 +1,14 @@
 #pragma once
+#include <lambent/core/error.hpp>
+#include <lambent/core/parallel.hpp>
 #include <lambent/io/image.hpp>
 #include <lambent/io/load_options.hpp>
-#include <lambent/scene/texture.hpp>
+#include <lambent/scene/scene.hpp>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -13,66 +16,89 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
 
-/// How a texture is looked up.
-struct TextureSampling {
-    ColorSpace color_space = ColorSpace::srgb;
-    Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
-    TextureFilter filter = TextureFilter::bilinear;
-    auto operator<=>(const TextureSampling&) const = default;
-};
+/// Makes materials opaque whose alpha is full everywhere: exporters write "BLEND" on much that has no holes, and rays
+/// would ask at every hit.
+template <class T>
+void drop_full_alpha(Scene<T>& scene) {
+    std::vector<char> full(scene.images.size(), 1);
+    for (std::size_t i = 0; i < full.size(); ++i)
+        for (std::size_t k = 3; k < scene.images[i].rgba.size() && full[i] != 0; k += 4)
+            if (scene.images[i].rgba[k] != 255) full[i] = 0;
+    bool full_colors = true;
+    for (const Vec4f& c : scene.colors) full_colors &= c.w >= 1;
+    for (Material& m : scene.materials) {
+        const float least = m.alpha_mode == AlphaMode::mask ? m.alpha_cutoff : 1.0f;
+        const bool textured = m.alpha_texture || (m.base_color_texture && full[std::size_t(m.base_color_texture.image)] == 0);
+        if (full_colors && !textured && m.alpha >= least) m.alpha_mode = AlphaMode::opaque;
+    }
+}
 
-/// A scene's textures while it is loaded: one for every image and way of looking it up. An image that cannot
-/// be read is noted once and stands for no texture, so that the surface shows its factor alone.
-class TextureLibrary {
+/// The images that a scene's materials refer to while it is loaded: each once, whoever names it, and decoded only when
+/// all of the scene is known, in parallel, where a surface uses it.
+class ImageLibrary {
 public:
-    TextureLibrary(std::vector<Texture>& textures, std::vector<std::string>& notes)
-        : textures_(&textures), notes_(&notes) {}
+    using Decode = std::function<Image()>; ///< may throw lambent::Error
 
-    /// Index of the texture made by `decode()` (a Texture; may throw lambent::Error), or -1 when it can't be.
-    template <class Decode>
-    std::int32_t get(const std::string& image, const TextureSampling& sampling, Decode&& decode) {
-        const auto key = std::make_pair(image, sampling);
-        if (const auto known = known_.find(key); known != known_.end()) return known->second;
-        std::int32_t index = -1;
-        if (const Texture* twin = decoded(image)) {
-            Texture texture = *twin;
-            index = add(std::move(texture), sampling);
-        } else if (!unreadable(image)) {
-            try {
-                index = add(decode(), sampling);
-            } catch (const Error& error) {
-                notes_->push_back("texture left out: " + std::string(error.what()));
-            }
+    /// Index of the image with this name; `decode` is kept for later where it is new.
+    std::int32_t get(const std::string& name, Decode decode) {
+        const auto [it, added] = known_.emplace(name, std::int32_t(sources_.size()));
+        if (added) sources_.push_back(std::move(decode));
+        return it->second;
+    }
+
+    /// Fills scene.images with what `loading` asks for and turns the materials' indices to it. An image that is not
+    /// loaded stands for no texture, so that the surface shows its factor alone; one that can't be is noted.
+    template <class T, class E>
+    void store(Scene<T>& scene, ImageLoading loading, E& executor) {
+        std::vector<char> wanted(sources_.size(), loading == ImageLoading::all ? 1 : 0);
+        if (loading == ImageLoading::used) {
+            std::vector<char> material(scene.materials.size(), 0);
+            for (const std::uint32_t m : scene.triangle_materials) material[m] = 1;
+            for (std::size_t m = 0; m < material.size(); ++m)
+                if (material[m] != 0)
+                    Material::for_each_texture(scene.materials[m], [&](const Texture& t) {
+                        if (t) wanted[std::size_t(t.image)] = 1;
+                    });
         }
-        known_.emplace(key, index);
-        return index;
+        std::vector<Image> images(sources_.size());
+        std::vector<std::string> errors(sources_.size());
+        executor.parallel_for(sources_.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                if (wanted[i] == 0) continue;
+                try {
+                    images[i] = sources_[i]();
+                } catch (const Error& error) {
+                    wanted[i] = 0;
+                    errors[i] = error.what();
+                }
+            }
+        });
+        std::vector<std::int32_t> place(sources_.size(), no_image);
+        for (std::size_t i = 0; i < images.size(); ++i) {
+            if (wanted[i] == 0) continue;
+            place[i] = std::int32_t(scene.images.size());
+            scene.images.push_back(std::move(images[i]));
+        }
+        for (Material& m : scene.materials)
+            Material::for_each_texture(m, [&](Texture& t) {
+                if (t) t.image = place[std::size_t(t.image)];
+            });
+        drop_full_alpha(scene);
+        note(errors, scene.notes);
     }
 
 private:
-    std::int32_t add(Texture texture, const TextureSampling& sampling) {
-        texture.color_space = sampling.color_space;
-        texture.wrap_u = sampling.wrap_u;
-        texture.wrap_v = sampling.wrap_v;
-        texture.filter = sampling.filter;
-        textures_->push_back(std::move(texture));
-        return std::int32_t(textures_->size() - 1);
+    /// The first few that could not be read, and how many more.
+    static void note(const std::vector<std::string>& errors, std::vector<std::string>& notes) {
+        constexpr std::size_t most = 10;
+        std::size_t failed = 0;
+        for (const std::string& error : errors)
+            if (!error.empty() && ++failed <= most) notes.push_back("texture left out: " + error);
+        if (failed > most) notes.push_back("textures left out: " + std::to_string(failed - most) + " more");
     }
 
-    const Texture* decoded(const std::string& image) const {
-        const auto it = known_.lower_bound({image, TextureSampling{}});
-        for (auto k = it; k != known_.end() && k->first.first == image; ++k)
-            if (k->second >= 0) return &(*textures_)[std::size_t(k->second)];
-        return nullptr;
-    }
-
-    bool unreadable(const std::string& image) const {
-        const auto it = known_.lower_bound({image, TextureSampling{}});
-        return it != known_.end() && it->first.first == image && it->second < 0;
-    }
-
-    std::map<std::pair<std::string, TextureSampling>, std::int32_t> known_;
-    std::vector<Texture>* textures_;
-    std::vector<std::string>* notes_;
+    std::map<std::string, std::int32_t> known_;
+    std::vector<Decode> sources_;
 };
 
 } // namespace detail

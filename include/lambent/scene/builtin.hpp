@@ -71,7 +71,7 @@ Scene<T> cornell_scene() {
     const auto chequered = detail::add_material(scene, "chequered", Vec3f(1));
     const auto light = detail::add_material(scene, "light", Vec3f(0), {17, 12, 4.5f});
 
-    Texture tiles;
+    Image tiles;
     tiles.name = "chequer";
     tiles.width = tiles.height = 256;
     tiles.rgba.resize(256 * 256 * 4, 255);
@@ -82,8 +82,8 @@ Scene<T> cornell_scene() {
                                                          : std::array<std::uint8_t, 3>{225, 220, 205};
             for (std::size_t k = 0; k < 3; ++k) tiles.rgba[4 * (y * 256 + x) + k] = rgb[k];
         }
-    scene.textures.push_back(tiles);
-    scene.materials[chequered].base_color_texture = 0;
+    scene.images.push_back(tiles);
+    scene.materials[chequered].base_color_texture.image = 0;
 
     using Q = std::array<Vec3d, 4>;
     detail::add_quad(scene, Q{{{0, 0, 0}, {0, 0, 1}, {1, 0, 1}, {1, 0, 0}}}, white);     // floor

@@ -7,10 +7,13 @@
 #include <lambent/light/sphere_light.hpp>
 #include <lambent/light/triangle_light.hpp>
 #include <lambent/sampling/alias.hpp>
+#include <lambent/sampling/hash.hpp>
+#include <lambent/scene/attributes.hpp>
 #include <lambent/scene/scene.hpp>
 #include <lambent/scene/surface.hpp>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -47,7 +50,7 @@ public:
         const auto mesh = triangles(scene.positions, scene.triangles);
         bvh_ = BasicBvh<T>::build(mesh, BuildOptions{}, executor);
         masked_ = std::any_of(scene.materials.begin(), scene.materials.end(),
-                              [](const Material& m) { return m.alpha_mode == AlphaMode::mask; });
+                              [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
         environment_ = EnvironmentLight<T>(scene.environment.map, scene.environment.width, scene.environment.height,
                                            scene.environment.scale, scene.environment.rotation);
         collect_lights();
@@ -60,7 +63,7 @@ public:
     bool has_lights() const { return !lights_.empty(); }
 
     Hit<T> intersect(const Ray<T>& ray) const {
-        Hit<T> hit = masked_ ? bvh_.intersect(ray, alpha_test()) : bvh_.intersect(ray);
+        Hit<T> hit = masked_ ? bvh_.intersect(ray, alpha_test(ray)) : bvh_.intersect(ray);
         for (std::size_t i = 0; i < scene_.spheres.size(); ++i) {
             const T t = scene_.spheres[i].intersect(ray, glm::min(hit.t, ray.t_max));
             if (t < hit.t) hit = {.t = t, .primitive = std::uint32_t(scene_.triangles.size() + i)};
@@ -71,7 +74,7 @@ public:
     bool occluded(const Ray<T>& ray) const {
         for (const Sphere<T>& sphere : scene_.spheres)
             if (sphere.intersect(ray, ray.t_max) < ray.t_max) return true;
-        return masked_ ? bvh_.occluded(ray, alpha_test()) : bvh_.occluded(ray);
+        return masked_ ? bvh_.occluded(ray, alpha_test(ray)) : bvh_.occluded(ray);
     }
 
     /// The point where `ray`, of unit direction, met the scene.
@@ -79,8 +82,7 @@ public:
         Surface<T> s;
         s.wo = -ray.direction;
         s.distance = hit.t;
-        Vec2f texcoord(0);
-        Vec4f color(1);
+        Attributes attributes;
         if (is_sphere(hit.primitive)) {
             const Sphere<T>& sphere = sphere_of(hit.primitive);
             s.material = sphere.material;
@@ -102,18 +104,26 @@ public:
                 const T length2 = dot(n, n);
                 if (length2 > T(1e-12)) s.shading_normal = n / std::sqrt(length2);
             }
-            if (!scene_.texcoords.empty()) texcoord = Vec2f(interpolate(scene_.texcoords, t, hit.u, hit.v));
-            if (!scene_.colors.empty()) color = Vec4f(interpolate(scene_.colors, t, hit.u, hit.v));
+            attributes = attributes_at(scene_, hit.primitive, hit.u, hit.v);
         }
         const Material& material = scene_.materials[s.material];
         const bool front = dot(s.geometric_normal, s.wo) >= 0;
-        if (!front) s.geometric_normal = -s.geometric_normal;
         if (dot(s.shading_normal, s.geometric_normal) < 0) s.shading_normal = -s.shading_normal;
-        Vec3f albedo = material.base_color * Vec3f(color);
-        if (material.base_color_texture != no_texture)
-            albedo *= Vec3f(texture(material.base_color_texture).sample(texcoord.x, texcoord.y));
+        if (material.normal_texture && !is_sphere(hit.primitive)) {
+            const Vec3<T> bent(mapped_normal(scene_, hit.primitive, hit.u, hit.v, material, attributes,
+                                             Vec3f(s.shading_normal)));
+            // A map may bend a normal below the triangle itself, where nothing could be lit.
+            if (dot(bent, s.geometric_normal) > 0) s.shading_normal = normalize(bent);
+        }
+        if (!front) {
+            s.geometric_normal = -s.geometric_normal;
+            s.shading_normal = -s.shading_normal;
+        }
+        Vec3f albedo = material.base_color * Vec3f(attributes.color);
+        if (material.base_color_texture) albedo *= Vec3f(look_up(scene_, material.base_color_texture, attributes));
         s.albedo = Vec3<T>(clamp(albedo, 0.0f, 1.0f));
-        if (material.emissive() && (front || material.double_sided)) s.emission = emission(material, texcoord);
+        if (material.emissive() && (front || material.double_sided))
+            s.emission = Vec3<T>(emission_at(scene_, material, attributes));
         return s;
     }
 
@@ -134,7 +144,7 @@ public:
         case LightKind::sphere: {
             const Sphere<T>& sphere = scene_.spheres[light.index];
             s = SphereLight<T>{sphere.center, sphere.radius}.sample(from, u);
-            s.radiance = emission(scene_.materials[sphere.material], Vec2f(0));
+            s.radiance = Vec3<T>(emission_at(scene_, scene_.materials[sphere.material], Attributes()));
             break;
         }
         case LightKind::triangle: {
@@ -143,8 +153,9 @@ public:
             s = triangle_light(light.index).sample(from, u, barycentric, front);
             const Material& material = scene_.materials[scene_.triangle_materials[light.index]];
             if (!front && !material.double_sided) s.pdf = 0;
-            if (masked_ && !opaque_at(light.index, barycentric.x, barycentric.y)) s.pdf = 0;
-            if (s.pdf > 0) s.radiance = emission(material, texcoord_at(light.index, barycentric));
+            if (!(s.pdf > 0)) break;
+            const Attributes a = attributes_at(scene_, light.index, barycentric.x, barycentric.y);
+            s.radiance = Vec3<T>(emission_at(scene_, material, a) * coverage_at(scene_, material, a));
             break;
         }
         }
@@ -183,25 +194,6 @@ private:
     const Sphere<T>& sphere_of(std::uint32_t primitive) const {
         return scene_.spheres[primitive - scene_.triangles.size()];
     }
-    const Texture& texture(std::int32_t index) const { return scene_.textures[std::size_t(index)]; }
-
-    template <class Attribute>
-    static auto interpolate(const std::vector<Attribute>& values, const UVec3& t, T u, T v) {
-        const float b = float(u), c = float(v);
-        return values[t[0]] * (1 - b - c) + values[t[1]] * b + values[t[2]] * c;
-    }
-    Vec2f texcoord_at(std::uint32_t triangle, const Vec2<T>& b) const {
-        return scene_.texcoords.empty() ? Vec2f(0) : interpolate(scene_.texcoords, scene_.triangles[triangle], b.x, b.y);
-    }
-
-    /// Radiance of a material's lit side.
-    Vec3<T> emission(const Material& material, const Vec2f& texcoord) const {
-        Vec3f e = material.emission;
-        if (material.emission_texture != no_texture)
-            e *= Vec3f(texture(material.emission_texture).sample(texcoord.x, texcoord.y));
-        return Vec3<T>(e);
-    }
-
     TriangleLight<T> triangle_light(std::uint32_t triangle) const {
         const UVec3 t = scene_.triangles[triangle];
         return {{scene_.positions[t[0]], scene_.positions[t[1]], scene_.positions[t[2]]}};
@@ -218,19 +210,22 @@ private:
         return size > 0 ? n / size : Vec3<T>(0, 0, 1);
     }
 
-    /// Whether there is a surface at a point of a triangle: false in the holes of a mask.
-    bool opaque_at(std::uint32_t triangle, T u, T v) const {
-        const Material& m = scene_.materials[scene_.triangle_materials[triangle]];
-        if (m.alpha_mode != AlphaMode::mask) return true;
-        const Vec2f texcoord = texcoord_at(triangle, {u, v});
-        float alpha = m.alpha;
-        if (!scene_.colors.empty()) alpha *= interpolate(scene_.colors, scene_.triangles[triangle], u, v).w;
-        if (m.base_color_texture != no_texture) alpha *= texture(m.base_color_texture).sample(texcoord.x, texcoord.y).w;
-        if (m.alpha_texture != no_texture) alpha *= texture(m.alpha_texture).sample(texcoord.x, texcoord.y).x;
-        return alpha >= m.alpha_cutoff;
-    }
-    auto alpha_test() const {
-        return [this](std::uint32_t triangle, T u, T v, T /*t*/) { return opaque_at(triangle, u, v); };
+    /// Whether `ray` finds a surface at a point of a triangle. Where that is a matter of chance, the ray's own bits
+    /// and the triangle's number decide, so that the answer depends on nothing but the ray.
+    auto alpha_test(const Ray<T>& ray) const {
+        return [this, &ray](std::uint32_t triangle, T u, T v, T /*t*/) {
+            const Material& m = scene_.materials[scene_.triangle_materials[triangle]];
+            if (m.alpha_mode == AlphaMode::opaque) return true;
+            const float coverage = coverage_at(scene_, m, attributes_at(scene_, triangle, u, v));
+            if (!(coverage > 0) || !(coverage < 1)) return coverage > 0;
+            using Bits = typename detail::FloatBits<T>::Type;
+            std::uint64_t key = triangle;
+            for (int axis = 0; axis < 3; ++axis) {
+                key = derive_key(key, std::uint64_t(std::bit_cast<Bits>(ray.origin[axis])));
+                key = derive_key(key, std::uint64_t(std::bit_cast<Bits>(ray.direction[axis])));
+            }
+            return to_unit<float>(key) < coverage;
+        };
     }
 
     void collect_lights() {
@@ -249,7 +244,7 @@ private:
         for (std::size_t i = 0; i < scene_.spheres.size(); ++i) {
             const Sphere<T>& s = scene_.spheres[i];
             const double area = 4 * pi<double> * double(s.radius) * double(s.radius);
-            const double power = pi<double> * area * luminance(Vec3d(emission(scene_.materials[s.material], Vec2f(0))));
+            const double power = pi<double> * area * luminance(Vec3d(emission_at(scene_, scene_.materials[s.material], Attributes())));
             of_primitive[scene_.triangles.size() + i] = add(LightKind::sphere, i, power);
         }
         if (!lights_.empty()) light_of_primitive_ = std::move(of_primitive);
@@ -267,12 +262,12 @@ private:
     double triangle_power(std::uint32_t triangle, const Material& m) const {
         const double area = length(Vec3d(triangle_light(triangle).area_vector())) / 2;
         double mean = luminance(Vec3d(m.emission));
-        if (m.emission_texture != no_texture) {
+        if (m.emission_texture) {
             constexpr int side = 4;
             double sum = 0;
             for (int i = 0; i < side * side; ++i) {
                 const Vec2<T> u((T(i % side) + T(0.5)) / side, (T(i / side) + T(0.5)) / side);
-                sum += luminance(Vec3d(emission(m, texcoord_at(triangle, square_to_triangle(u)))));
+                sum += luminance(Vec3d(emission_at(scene_, m, attributes_at(scene_, triangle, u.x, u.y))));
             }
             mean = std::max(sum / (side * side), mean * 0.01);
         }

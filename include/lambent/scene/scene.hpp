@@ -5,6 +5,7 @@
 #include <lambent/core/vec.hpp>
 #include <lambent/light/punctual_light.hpp>
 #include <lambent/scene/camera.hpp>
+#include <lambent/scene/material.hpp>
 #include <lambent/scene/sphere.hpp>
 #include <lambent/scene/texture.hpp>
 #include <cstdint>
@@ -13,26 +14,6 @@
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
-
-inline constexpr std::int32_t no_texture = -1;
-
-enum class AlphaMode : std::uint8_t { opaque, mask };
-
-/// What a surface is made of, as plain data. Reflects as Lambert with the base colour.
-struct Material {
-    Vec3f base_color{0.8f};        ///< linear reflectance in [0, 1]
-    Vec3f emission{0};             ///< linear radiance, from the front side; from both where double_sided
-    std::int32_t base_color_texture = no_texture; ///< multiplies base_color; its alpha decides AlphaMode::mask
-    std::int32_t emission_texture = no_texture;   ///< multiplies emission
-    std::int32_t alpha_texture = no_texture;      ///< a mask of its own (MTL map_d): its red channel
-    float alpha = 1;                              ///< multiplies the texture's alpha
-    float alpha_cutoff = 0.5f;                    ///< AlphaMode::mask: below it there is no surface
-    AlphaMode alpha_mode = AlphaMode::opaque;
-    bool double_sided = false; ///< matters for emission only: every surface is seen from both sides
-    std::string name;
-
-    bool emissive() const { return max_component(emission) > 0; }
-};
 
 /// Light from infinitely far away: a constant, or a latitude-longitude map times `scale`. Direction d looks
 /// up u = 0.5 + atan2(d.z, d.x) / 2π, v = acos(d.y) / π; row 0 is up.
@@ -53,13 +34,15 @@ template <class T>
 struct Scene {
     std::vector<Vec3<T>> positions;  ///< relative to origin
     std::vector<Vec3f> normals;      ///< one a position, unit; (0, 0, 0) = take the triangle's own; or empty
+    std::vector<Vec4f> tangents;     ///< one a position: unit, w = ±1 the bitangent's sign; 0 = the triangle's; or empty
     std::vector<Vec2f> texcoords;    ///< one a position, or empty
+    std::vector<Vec2f> texcoords1;   ///< a second set: one a position, or empty
     std::vector<Vec4f> colors;       ///< one a position, linear, multiplies base_color and alpha; or empty
     std::vector<UVec3> triangles;    ///< indices into positions, counter-clockwise from the front
     std::vector<std::uint32_t> triangle_materials; ///< one a triangle
     std::vector<Sphere<T>> spheres;  ///< relative to origin
     std::vector<Material> materials;
-    std::vector<Texture> textures;
+    std::vector<Image> images;
     std::vector<PunctualLight> punctual_lights;
     Environment environment;
     std::vector<Camera> cameras;
@@ -90,7 +73,9 @@ struct Scene {
             });
         };
         fits(normals.size(), "normals");
+        fits(tangents.size(), "tangents");
         fits(texcoords.size(), "texcoords");
+        fits(texcoords1.size(), "texcoords1");
         fits(colors.size(), "colors");
         require(triangle_materials.size() == triangles.size(), [&] {
             return "Scene: " + std::to_string(triangle_materials.size()) + " triangle materials for " +
@@ -106,11 +91,13 @@ struct Scene {
         for (const std::uint32_t m : triangle_materials) inside(m, materials.size(), "material index");
         for (const Sphere<T>& s : spheres) inside(s.material, materials.size(), "material index");
         for (const Material& m : materials)
-            for (const std::int32_t t : {m.base_color_texture, m.emission_texture, m.alpha_texture})
-                if (t != no_texture) inside(std::size_t(t), textures.size(), "texture index");
-        for (const Texture& t : textures)
-            require(t.rgba.size() == std::size_t(t.width) * std::size_t(t.height) * 4,
-                    [&] { return "Scene: texture '" + t.name + "' has the wrong number of bytes"; });
+            Material::for_each_texture(m, [&](const Texture& t) {
+                if (t) inside(std::size_t(t.image), images.size(), "image index");
+            });
+        for (const Image& i : images)
+            require(i.width >= 0 && i.height >= 0 &&
+                        i.rgba.size() == std::size_t(i.width) * std::size_t(i.height) * 4,
+                    [&] { return "Scene: image '" + i.name + "' has the wrong number of bytes"; });
         require(environment.map.size() == std::size_t(environment.width) * std::size_t(environment.height),
                 "Scene: the environment's size does not fit its pixels");
     }

@@ -22,34 +22,50 @@ enum class Wrap : std::uint8_t { repeat, mirror, clamp };
 enum class TextureFilter : std::uint8_t { bilinear, nearest };
 enum class ColorSpace : std::uint8_t { srgb, linear };
 
-/// An 8-bit RGBA image with its sampling rules. Row 0 is the top; texture coordinate (0, 0) is the image's
-/// upper left corner, v grows downwards (glTF's rule; the OBJ reader flips v). Colour is decoded to linear
-/// light before it is interpolated; alpha is linear as stored.
-struct Texture {
+/// An 8-bit RGBA image. Row 0 is the top.
+struct Image {
     int width = 0, height = 0;
     std::vector<std::uint8_t> rgba; ///< width · height · 4 bytes
+    std::string name;               ///< where it came from, for messages
+};
+
+inline constexpr std::int32_t no_image = -1;
+
+/// How a material looks an image up: with which of the scene's texture coordinates, changed how, and what its bytes
+/// mean. Coordinate (0, 0) is the image's upper left corner, v grows downwards (glTF's rule; the OBJ reader flips v).
+/// Colour is decoded to linear light before it is interpolated; alpha is linear as stored.
+struct Texture {
+    std::int32_t image = no_image; ///< index into the scene's images
     ColorSpace color_space = ColorSpace::srgb;
     Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
     TextureFilter filter = TextureFilter::bilinear;
-    std::string name; ///< where it came from, for messages
+    std::uint8_t set = 0;                  ///< 0: Scene::texcoords, 1: Scene::texcoords1
+    Vec2f row_u{1, 0}, row_v{0, 1}, shift{0}; ///< (u, v) is looked up at (row_u · (u, v), row_v · (u, v)) + shift
 
-    /// Linear RGBA at (u, v); opaque white where the texture is empty.
-    Vec4f sample(float u, float v) const {
+    /// Whether there is an image.
+    explicit operator bool() const { return image != no_image; }
+
+    Vec2f transformed(const Vec2f& uv) const { return Vec2f(dot(row_u, uv), dot(row_v, uv)) + shift; }
+
+    /// Linear RGBA of `pixels` at coordinates as the scene holds them; opaque white where the image is empty.
+    Vec4f sample(const Image& pixels, const Vec2f& texcoord) const {
+        const int width = pixels.width, height = pixels.height;
         if (width <= 0 || height <= 0) return Vec4f(1.0f);
-        const float x = place(u, width, wrap_u), y = place(v, height, wrap_v);
+        const Vec2f uv = transformed(texcoord);
+        const float x = place(uv.x, width, wrap_u), y = place(uv.y, height, wrap_v);
         if (filter == TextureFilter::nearest)
-            return texel(wrap(int(std::floor(x)), width, wrap_u), wrap(int(std::floor(y)), height, wrap_v));
+            return texel(pixels, wrap(int(std::floor(x)), width, wrap_u), wrap(int(std::floor(y)), height, wrap_v));
         const float fx = std::floor(x - 0.5f), fy = std::floor(y - 0.5f);
         const float ax = x - 0.5f - fx, ay = y - 0.5f - fy;
         const int x0 = wrap(int(fx), width, wrap_u), x1 = wrap(int(fx) + 1, width, wrap_u);
         const int y0 = wrap(int(fy), height, wrap_v), y1 = wrap(int(fy) + 1, height, wrap_v);
-        return (texel(x0, y0) * (1 - ax) + texel(x1, y0) * ax) * (1 - ay) +
-               (texel(x0, y1) * (1 - ax) + texel(x1, y1) * ax) * ay;
+        return (texel(pixels, x0, y0) * (1 - ax) + texel(pixels, x1, y0) * ax) * (1 - ay) +
+               (texel(pixels, x0, y1) * (1 - ax) + texel(pixels, x1, y1) * ax) * ay;
     }
 
     /// Linear value of one texel; x in [0, width), y in [0, height).
-    Vec4f texel(int x, int y) const {
-        const std::uint8_t* p = &rgba[4 * (std::size_t(y) * std::size_t(width) + std::size_t(x))];
+    Vec4f texel(const Image& pixels, int x, int y) const {
+        const std::uint8_t* p = &pixels.rgba[4 * (std::size_t(y) * std::size_t(pixels.width) + std::size_t(x))];
         const auto& decode = color_space == ColorSpace::srgb ? srgb_table() : linear_table();
         return {decode[p[0]], decode[p[1]], decode[p[2]], linear_table()[p[3]]};
     }
