@@ -109,6 +109,7 @@ private:
                        : in.alphaMode == "BLEND" ? AlphaMode::blend
                                                  : AlphaMode::opaque;
         m.double_sided = in.doubleSided;
+        m.front_only = !in.doubleSided;
         m.specular = 1;
         m.unlit = in.extensions.contains("KHR_materials_unlit");
         add_extensions(m, in, where);

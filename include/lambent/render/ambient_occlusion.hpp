@@ -17,7 +17,7 @@ struct AmbientOcclusionIntegrator {
         using T = typename S::Scalar;
         PixelSample<T> result;
         ++counts.closest;
-        const Hit<T> hit = scene.intersect(ray);
+        const Hit<T> hit = detail::camera_hit(scene, ray);
         if (!hit) return result;
         const Surface<T> surface = scene.surface(ray, hit);
         detail::record_surface(result, surface);

@@ -12,7 +12,7 @@ struct FirstHitIntegrator {
         using T = typename S::Scalar;
         PixelSample<T> result;
         ++counts.closest;
-        if (const Hit<T> hit = scene.intersect(ray)) {
+        if (const Hit<T> hit = detail::camera_hit(scene, ray)) {
             const Surface<T> surface = scene.surface(ray, hit);
             detail::record_surface(result, surface);
             result.radiance = surface.emission + surface.albedo * glm::max(T(0), dot(surface.shading_normal, surface.wo));

@@ -40,6 +40,13 @@ concept Integrator = RenderScene<S> && SampleStream<Stream> &&
     };
 
 namespace detail {
+/// What a camera ray meets: a scene may hide surfaces from the camera alone by an intersect_camera() of its own.
+template <class S, class T>
+inline Hit<T> camera_hit(const S& scene, const Ray<T>& ray) {
+    if constexpr (requires { scene.intersect_camera(ray); }) return scene.intersect_camera(ray);
+    else return scene.intersect(ray);
+}
+
 /// The features of a first hit.
 template <class T>
 inline void record_surface(PixelSample<T>& sample, const Surface<T>& surface) {

@@ -89,7 +89,7 @@ struct PathIntegrator {
         auto path = start(ray);
         while (path.alive) {
             ++counts.closest;
-            advance(scene, path, scene.intersect(path.ray), stream);
+            advance(scene, path, path.depth == 0 ? detail::camera_hit(scene, path.ray) : scene.intersect(path.ray), stream);
             if (is_black(path.shadow_radiance)) continue;
             ++counts.shadow;
             if (!scene.occluded(path.shadow_ray)) path.result.radiance += path.shadow_radiance;

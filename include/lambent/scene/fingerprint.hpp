@@ -34,13 +34,13 @@ std::uint64_t fingerprint(const Scene<T>& scene) {
     }
     for (const Material& m : scene.materials) {
         const auto& [name, base_color, base_color_texture, alpha, alpha_cutoff, alpha_texture, alpha_mode, double_sided,
-                     metallic, roughness, metallic_roughness_texture, normal_texture, normal_scale, emission,
+                     front_only, metallic, roughness, metallic_roughness_texture, normal_texture, normal_scale, emission,
                      emission_texture, ior, specular, specular_texture, specular_color, specular_color_texture,
                      transmission, transmission_texture, thickness, attenuation_color, attenuation_distance, clearcoat,
                      clearcoat_roughness, clearcoat_texture, clearcoat_roughness_texture, sheen_color, sheen_roughness,
                      sheen_color_texture, sheen_roughness_texture, unlit] = m;
-        add_all(base_color, base_color_texture, alpha, alpha_cutoff, alpha_texture, alpha_mode, double_sided, metallic,
-                roughness, metallic_roughness_texture, normal_texture, normal_scale, emission, emission_texture, ior,
+        add_all(base_color, base_color_texture, alpha, alpha_cutoff, alpha_texture, alpha_mode, double_sided, front_only,
+                metallic, roughness, metallic_roughness_texture, normal_texture, normal_scale, emission, emission_texture, ior,
                 specular, specular_texture, specular_color, specular_color_texture, transmission, transmission_texture,
                 thickness, attenuation_color, attenuation_distance, clearcoat, clearcoat_roughness, clearcoat_texture,
                 clearcoat_roughness_texture, sheen_color, sheen_roughness, sheen_color_texture, sheen_roughness_texture,

@@ -22,7 +22,8 @@ struct Material {
     float alpha_cutoff = 0.5f;             ///< of AlphaMode::mask
     Texture alpha_texture;                 ///< coverage in an image of its own (MTL map_d): its red channel
     AlphaMode alpha_mode = AlphaMode::opaque;
-    bool double_sided = false; ///< matters for emission only: every surface is seen from both sides
+    bool double_sided = false; ///< emits from both sides; every surface reflects on both
+    bool front_only = false;   ///< cameras see through its back side, as rasterisers have it; light meets both sides
 
     float metallic = 0, roughness = 1;     ///< roughness = √alpha of the microfacets
     Texture metallic_roughness_texture;    ///< green: roughness, blue: metallic

@@ -51,6 +51,8 @@ public:
         bvh_ = BasicBvh<T>::build(mesh, BuildOptions{}, executor);
         masked_ = std::any_of(scene.materials.begin(), scene.materials.end(),
                               [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
+        front_only_ = std::any_of(scene.materials.begin(), scene.materials.end(),
+                                  [](const Material& m) { return m.front_only; });
         environment_ = EnvironmentLight<T>(scene.environment.map, scene.environment.width, scene.environment.height,
                                            scene.environment.scale, scene.environment.rotation);
         collect_lights();
@@ -63,12 +65,19 @@ public:
     bool has_lights() const { return !lights_.empty(); }
 
     Hit<T> intersect(const Ray<T>& ray) const {
-        Hit<T> hit = masked_ ? bvh_.intersect(ray, alpha_test(ray)) : bvh_.intersect(ray);
-        for (std::size_t i = 0; i < scene_.spheres.size(); ++i) {
-            const T t = scene_.spheres[i].intersect(ray, glm::min(hit.t, ray.t_max));
-            if (t < hit.t) hit = {.t = t, .primitive = std::uint32_t(scene_.triangles.size() + i)};
-        }
-        return hit;
+        return nearer_sphere(ray, masked_ ? bvh_.intersect(ray, alpha_test(ray)) : bvh_.intersect(ray));
+    }
+
+    /// intersect() for a ray from the camera, which does not see the back sides of Material::front_only.
+    Hit<T> intersect_camera(const Ray<T>& ray) const {
+        if (!front_only_) return intersect(ray);
+        const auto covers = alpha_test(ray);
+        const Hit<T> hit = bvh_.intersect(ray, [&](std::uint32_t triangle, T u, T v, T t) {
+            const bool seen = !scene_.materials[scene_.triangle_materials[triangle]].front_only ||
+                              dot(triangle_normal(triangle), ray.direction) < 0;
+            return seen && covers(triangle, u, v, t);
+        });
+        return nearer_sphere(ray, hit);
     }
 
     bool occluded(const Ray<T>& ray) const {
@@ -194,6 +203,15 @@ private:
     const Sphere<T>& sphere_of(std::uint32_t primitive) const {
         return scene_.spheres[primitive - scene_.triangles.size()];
     }
+    /// The nearer of a triangle's hit and the spheres'.
+    Hit<T> nearer_sphere(const Ray<T>& ray, Hit<T> hit) const {
+        for (std::size_t i = 0; i < scene_.spheres.size(); ++i) {
+            const T t = scene_.spheres[i].intersect(ray, glm::min(hit.t, ray.t_max));
+            if (t < hit.t) hit = {.t = t, .primitive = std::uint32_t(scene_.triangles.size() + i)};
+        }
+        return hit;
+    }
+
     TriangleLight<T> triangle_light(std::uint32_t triangle) const {
         const UVec3 t = scene_.triangles[triangle];
         return {{scene_.positions[t[0]], scene_.positions[t[1]], scene_.positions[t[2]]}};
@@ -276,7 +294,7 @@ private:
 
     const Scene<T>& scene_;
     BasicBvh<T> bvh_;
-    bool masked_ = false;
+    bool masked_ = false, front_only_ = false;
     EnvironmentLight<T> environment_;
     std::vector<LightRef> lights_;
     std::vector<std::uint32_t> light_of_primitive_;
