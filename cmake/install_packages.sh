@@ -8,7 +8,7 @@ packages_of() {
     case $1 in
     base) echo g++ cmake ninja-build libglm-dev libtinygltf-dev libopenimageio-dev libopenexr-dev ;;
     tests) echo doctest-dev binutils ;;
-    bench) echo libbenchmark-dev libembree-dev ;;
+    bench) echo libbenchmark-dev libembree-dev libtinyobjloader-dev ;;
     all) echo clang libclang-rt-14-dev clang-format pkg-config g++-aarch64-linux-gnu qemu-user ;;
     *)
         echo "install_packages.sh: no package set '$1'; there are: base tests bench all" >&2

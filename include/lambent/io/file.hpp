@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 namespace lambent {
@@ -33,12 +34,13 @@ inline std::uint64_t file_size(const std::string& path) {
 /// throws lambent::Error when it can't be read
 template <class Bytes>
 void read_file(const std::string& path, Bytes& bytes) {
-    bytes.resize(file_size(path));
+    const std::size_t size = file_size(path);
+    bytes.resize(size);
     const OpenFile file(std::fopen(path.c_str(), "rb"));
     require(file != nullptr, [&] { return path + ": cannot be opened for reading"; });
-    const std::size_t got = std::fread(bytes.data(), 1, bytes.size(), file.get());
-    require(got == bytes.size(), [&] {
-        return path + ": read " + std::to_string(got) + " of " + std::to_string(bytes.size()) + " bytes";
+    const std::size_t got = std::fread(bytes.data(), 1, size, file.get());
+    require(got == size, [&] {
+        return path + ": read " + std::to_string(got) + " of " + std::to_string(size) + " bytes";
     });
 }
 inline std::string read_file(const std::string& path) {
@@ -46,6 +48,21 @@ inline std::string read_file(const std::string& path) {
     read_file(path, bytes);
     return bytes;
 }
+
+/// All bytes of a regular file in memory that nobody cleared first: for files that may be large.
+struct FileBytes {
+    std::unique_ptr<char[]> bytes;
+    std::size_t size = 0;
+
+    /// throws lambent::Error when it can't be read
+    explicit FileBytes(const std::string& path) { read_file(path, *this); }
+    std::string_view view() const { return {bytes.get(), size}; }
+    void resize(std::size_t n) {
+        bytes = std::make_unique_for_overwrite<char[]>(n);
+        size = n;
+    }
+    char* data() { return bytes.get(); }
+};
 
 /// The folder of `path` with its closing slash; empty for a file of the working folder.
 inline std::string folder_of(const std::string& path) {

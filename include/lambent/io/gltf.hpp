@@ -17,7 +17,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <tiny_gltf.h>
@@ -33,33 +32,34 @@ template <class T>
 class GltfLoader {
 public:
     GltfLoader(std::string_view bytes, const std::string& path, const LoadOptions& options)
-        : path_(path), options_(options), model_(parse_gltf(bytes, path_, options_)), notes_(path) {}
+        : path_(path), options_(options), model_(parse_gltf(bytes, path_, options_)), notes_(path),
+          meshes_(model_, path_, scene_, notes_) {}
 
     template <class E>
     Scene<T> load(E& executor) {
         GltfValidator(model_, path_, options_).check();
         const std::vector<Placed> nodes = placed_nodes();
         const Totals totals = check_totals(nodes);
-        positions_.reserve(totals.vertices);
+        scene_.positions.reserve(totals.vertices);
         scene_.triangles.reserve(totals.triangles);
         scene_.triangle_materials.reserve(totals.triangles);
+        scene_.origin = scene_origin(bounds_of(nodes));
         GltfMaterials<T> materials(model_, path_, options_, scene_, notes_);
-        meshes_.resize(model_.meshes.size());
         for (const Placed& placed : nodes) {
             const tinygltf::Node& node = model_.nodes[std::size_t(placed.node)];
-            if (node.mesh >= 0) add_instances(placed, materials);
+            for_each_instance(placed, [&](Mat4d world) {
+                world[3] -= Vec4d(scene_.origin, 0);
+                meshes_.add(node.mesh, world, [&](const tinygltf::Primitive& p) {
+                    return p.material >= 0 ? std::uint32_t(p.material) : materials.default_material();
+                });
+            });
             if (node.camera >= 0) add_camera(node, placed.matrix);
             add_light(node, placed);
         }
-        complete_attributes();
-        Bounds3<double> bounds;
-        for (const UVec3& t : scene_.triangles)
-            for (int k = 0; k < 3; ++k) bounds.add(positions_[t[k]]);
-        store_positions(scene_, positions_, bounds);
+        meshes_.complete();
         materials.load_images(executor);
         add_tangents(scene_);
         store_notes();
-        scene_.validate();
         return std::move(scene_);
     }
 
@@ -137,93 +137,50 @@ private:
             require(totals.instances <= options_.max_nodes, [&] {
                 return path_ + ": more than " + std::to_string(options_.max_nodes) + " instances of meshes";
             });
-            for (const tinygltf::Primitive& p : model_.meshes[std::size_t(node.mesh)].primitives) {
-                if (!gltf_has_triangles(p)) continue;
-                // Counts are below 2^32 and copies below 2^24: no overflow.
+            // Counts are below 2^32 and copies below 2^24: no overflow.
+            totals.vertices += copies * meshes_.vertex_count(node.mesh);
+            for (const tinygltf::Primitive& p : model_.meshes[std::size_t(node.mesh)].primitives)
                 totals.triangles += copies * gltf_triangle_count(model_, p);
-                totals.vertices += copies * model_.accessors[std::size_t(p.attributes.at("POSITION"))].count;
-                require(totals.triangles <= options_.max_triangles && totals.vertices <= options_.max_vertices, [&] {
-                    return path_ + ": its instances unroll to more than " + std::to_string(options_.max_triangles) +
-                           " triangles or " + std::to_string(options_.max_vertices) + " vertices";
-                });
-            }
+            require(totals.triangles <= options_.max_triangles && totals.vertices <= options_.max_vertices, [&] {
+                return path_ + ": its instances unroll to more than " + std::to_string(options_.max_triangles) +
+                       " triangles or " + std::to_string(options_.max_vertices) + " vertices";
+            });
         }
         return totals;
     }
 
-    void add_instances(const Placed& placed, GltfMaterials<T>& materials) {
+    /// Bounds of all vertices, by their meshes' boxes.
+    Bounds3<double> bounds_of(const std::vector<Placed>& nodes) {
+        Bounds3<double> all;
+        for (const Placed& placed : nodes) {
+            const tinygltf::Node& node = model_.nodes[std::size_t(placed.node)];
+            if (node.mesh < 0) continue;
+            if (node.skin >= 0)
+                notes_.add("meshes with a skin keep their rest pose", "/nodes/" + std::to_string(placed.node));
+            const Bounds3<double>& box = meshes_.bounds(node.mesh);
+            if (box.empty()) continue;
+            for_each_instance(placed, [&](const Mat4d& world) {
+                for (int k = 0; k < 8; ++k) {
+                    const Vec4d corner((k & 1) != 0 ? box.max.x : box.min.x, (k & 2) != 0 ? box.max.y : box.min.y,
+                                       (k & 4) != 0 ? box.max.z : box.min.z, 1);
+                    all.add(Vec3d(world * corner));
+                }
+            });
+        }
+        return all;
+    }
+
+    /// Calls f(world transform) for every copy of a node's mesh.
+    template <class F>
+    void for_each_instance(const Placed& placed, F&& f) const {
         const tinygltf::Node& node = model_.nodes[std::size_t(placed.node)];
-        const GltfInstancing instancing(model_, node, place_of(placed.node));
-        const std::vector<GltfPrimitive>& mesh = decoded_mesh(node.mesh);
-        if (node.skin >= 0) notes_.add("meshes with a skin keep their rest pose", "/nodes/" + std::to_string(placed.node));
-        for (const Mat4d& local : instancing.matrices(model_, path_)) {
+        if (node.mesh < 0) return;
+        const std::string where = place_of(placed.node);
+        for (const Mat4d& local : GltfInstancing(model_, node, where).matrices(model_, path_)) {
             const Mat4d world = placed.matrix * local;
-            check_finite(world, place_of(placed.node));
-            for (const GltfPrimitive& p : mesh)
-                add_primitive(p, world, p.material >= 0 ? std::uint32_t(p.material) : materials.default_material());
+            check_finite(world, where);
+            f(world);
         }
-    }
-
-    const std::vector<GltfPrimitive>& decoded_mesh(int mesh) {
-        auto& decoded = meshes_[std::size_t(mesh)];
-        if (decoded) return *decoded;
-        decoded.emplace();
-        const auto& primitives = model_.meshes[std::size_t(mesh)].primitives;
-        for (std::size_t k = 0; k < primitives.size(); ++k) {
-            const std::string where = "/meshes/" + std::to_string(mesh) + "/primitives/" + std::to_string(k);
-            if (!primitives[k].targets.empty()) notes_.add("primitives have morph targets and keep their rest shape", where);
-            if (gltf_has_triangles(primitives[k]))
-                decoded->push_back(decode_gltf_primitive(model_, primitives[k], path_, where, notes_));
-            else
-                notes_.add("primitives of points or lines were skipped", where);
-        }
-        return *decoded;
-    }
-
-    void add_primitive(const GltfPrimitive& p, const Mat4d& matrix, std::uint32_t material) {
-        const std::size_t first = positions_.size();
-        const Vec3d x(matrix[0]), y(matrix[1]), z(matrix[2]), shift(matrix[3]);
-        const bool mirrored = dot(cross(x, y), z) < 0;
-        for (const Vec3f& v : p.positions)
-            positions_.push_back(x * double(v.x) + y * double(v.y) + z * double(v.z) + shift);
-        if (!p.normals.empty()) {
-            // The cofactor matrix is the inverse transpose times the determinant, and exists where that is 0.
-            const double sign = mirrored ? -1 : 1;
-            const Vec3d nx = cross(y, z) * sign, ny = cross(z, x) * sign, nz = cross(x, y) * sign;
-            scene_.normals.resize(first, Vec3f(0));
-            for (const Vec3f& v : p.normals) {
-                const Vec3d n = nx * double(v.x) + ny * double(v.y) + nz * double(v.z);
-                const double size = length(n);
-                scene_.normals.push_back(size > 0 && is_finite(size) ? Vec3f(n / size) : Vec3f(0));
-            }
-        }
-        if (!p.tangents.empty()) {
-            scene_.tangents.resize(first, Vec4f(0));
-            for (const Vec4f& v : p.tangents) {
-                const Vec3d t = x * double(v.x) + y * double(v.y) + z * double(v.z);
-                const double size = length(t);
-                const float sign = (v.w < 0) == mirrored ? 1.0f : -1.0f;
-                scene_.tangents.push_back(size > 0 && is_finite(size) ? Vec4f(Vec3f(t / size), sign) : Vec4f(0));
-            }
-        }
-        append(scene_.texcoords, p.texcoords, first, Vec2f(0));
-        append(scene_.texcoords1, p.texcoords1, first, Vec2f(0));
-        append(scene_.colors, p.colors, first, Vec4f(1));
-        const auto offset = std::uint32_t(first);
-        for (UVec3 t : p.triangles) {
-            if (mirrored) std::swap(t.y, t.z); // the front stays the front
-            scene_.triangles.push_back(t + offset);
-            scene_.triangle_materials.push_back(material);
-        }
-    }
-
-    /// Appends an attribute to an array that starts with the first primitive to have it.
-    template <class V>
-    static void append(std::vector<V>& all, const std::vector<V>& values, std::size_t first,
-                       const V& missing) {
-        if (values.empty()) return;
-        all.resize(first, missing);
-        all.insert(all.end(), values.begin(), values.end());
     }
 
     void add_camera(const tinygltf::Node& node, const Mat4d& matrix) {
@@ -274,19 +231,6 @@ private:
         scene_.punctual_lights.push_back(light);
     }
 
-    /// Attributes end with the last primitive to have them.
-    void complete_attributes() {
-        const std::size_t vertices = positions_.size();
-        const auto complete = [&](auto& values, const auto& missing) {
-            if (!values.empty()) values.resize(vertices, missing);
-        };
-        complete(scene_.normals, Vec3f(0));
-        complete(scene_.tangents, Vec4f(0));
-        complete(scene_.texcoords, Vec2f(0));
-        complete(scene_.texcoords1, Vec2f(0));
-        complete(scene_.colors, Vec4f(1));
-    }
-
     void store_notes() {
         notes_.add("animations are ignored", {}, model_.animations.size());
         for (const std::string& name : model_.extensionsUsed)
@@ -298,9 +242,8 @@ private:
     const LoadOptions options_;
     const tinygltf::Model model_;
     Scene<T> scene_;
-    std::vector<Vec3d> positions_;
-    std::vector<std::optional<std::vector<GltfPrimitive>>> meshes_;
     Notes notes_;
+    GltfMeshes<T> meshes_;
 };
 
 } // namespace detail
@@ -321,7 +264,7 @@ Scene<T> load_gltf_bytes(std::string_view bytes, const std::string& path, const 
 /// needs   lambent::gltf; lambent::image for textures
 template <class T = float, class E>
 Scene<T> load_gltf(const std::string& path, const LoadOptions& options, E& executor) {
-    return load_gltf_bytes<T>(detail::read_file(path), path, options, executor);
+    return load_gltf_bytes<T>(detail::FileBytes(path).view(), path, options, executor);
 }
 template <class T = float>
 Scene<T> load_gltf(const std::string& path, const LoadOptions& options = {}) {

@@ -79,24 +79,47 @@ public:
         return out;
     }
 
-    /// All elements of an accessor of unsigned integers.
-    std::vector<std::uint32_t> indices(int accessor) const {
+    /// Calls f(i, element) for every element in order; without a copy where they are stored as V itself.
+    template <class V, class F>
+    void for_each(int accessor, F&& f) const {
         const tinygltf::Accessor& a = model_.accessors[std::size_t(accessor)];
-        std::vector<std::uint32_t> out(a.count, 0);
+        const bool plain = a.componentType == TINYGLTF_COMPONENT_TYPE_FLOAT && a.bufferView != -1 && !a.sparse.isSparse &&
+                           tinygltf::GetNumComponentsInType(std::uint32_t(a.type)) == V::length();
+        if (!plain) {
+            const std::vector<V> values = vectors<V>(accessor);
+            for (std::size_t i = 0; i < values.size(); ++i) f(i, values[i]);
+            return;
+        }
+        const std::size_t stride = model_.bufferViews[std::size_t(a.bufferView)].byteStride;
+        const unsigned char* data = bytes(a.bufferView) + a.byteOffset;
+        for (std::size_t i = 0; i < a.count; ++i, data += stride == 0 ? sizeof(V) : stride) {
+            V value;
+            std::memcpy(&value, data, sizeof value);
+            f(i, value);
+        }
+    }
+
+    /// Calls f(at) with a function at(i) that gives element i of an accessor of unsigned integers.
+    template <class F>
+    void with_indices(int accessor, F&& f) const {
+        const tinygltf::Accessor& a = model_.accessors[std::size_t(accessor)];
         const auto size = std::size_t(tinygltf::GetComponentSizeInBytes(std::uint32_t(a.componentType)));
-        if (a.bufferView != -1) {
-            const tinygltf::BufferView& view = model_.bufferViews[std::size_t(a.bufferView)];
-            const std::size_t stride = view.byteStride == 0 ? size : view.byteStride;
-            const unsigned char* data = bytes(a.bufferView) + a.byteOffset;
-            for (std::size_t i = 0; i < a.count; ++i) out[i] = unsigned_integer(data + i * stride, size);
+        if (a.bufferView == -1 || a.sparse.isSparse) {
+            std::vector<std::uint32_t> values(a.count, 0);
+            if (a.bufferView != -1)
+                visit_indices(a, size, [&](auto&& at) {
+                    for (std::size_t i = 0; i < a.count; ++i) values[i] = at(i);
+                });
+            if (a.sparse.isSparse) {
+                const unsigned char* data = bytes(a.sparse.values.bufferView) + a.sparse.values.byteOffset;
+                for_sparse(accessor, [&](std::size_t k, std::size_t at) {
+                    values[at] = unsigned_integer(data + k * size, size);
+                });
+            }
+            f([&](std::size_t i) { return values[i]; });
+        } else {
+            visit_indices(a, size, f);
         }
-        if (a.sparse.isSparse) {
-            const unsigned char* values = bytes(a.sparse.values.bufferView) + a.sparse.values.byteOffset;
-            for_sparse(accessor, [&](std::size_t k, std::size_t at) {
-                out[at] = unsigned_integer(values + k * size, size);
-            });
-        }
-        return out;
     }
 
 private:
@@ -115,6 +138,23 @@ private:
         }
         std::memcpy(&u32, p, 4);
         return u32;
+    }
+
+    /// with_indices() of an accessor that has a view and no sparse elements: one loop for each size.
+    template <class F>
+    void visit_indices(const tinygltf::Accessor& a, std::size_t size, F&& f) const {
+        const std::size_t own = model_.bufferViews[std::size_t(a.bufferView)].byteStride, stride = own == 0 ? size : own;
+        const unsigned char* data = bytes(a.bufferView) + a.byteOffset;
+        const auto read = [&](auto type) {
+            f([=](std::size_t i) {
+                decltype(type) value;
+                std::memcpy(&value, data + i * stride, sizeof value);
+                return std::uint32_t(value);
+            });
+        };
+        if (size == 1) read(std::uint8_t());
+        else if (size == 2) read(std::uint16_t());
+        else read(std::uint32_t());
     }
 
     /// Calls use(k, index) for the k-th substituted element.

@@ -20,16 +20,18 @@ namespace detail {
 /// would ask at every hit.
 template <class T>
 void drop_full_alpha(Scene<T>& scene) {
-    std::vector<char> full(scene.images.size(), 1);
-    for (std::size_t i = 0; i < full.size(); ++i)
-        for (std::size_t k = 3; k < scene.images[i].rgba.size() && full[i] != 0; k += 4)
-            if (scene.images[i].rgba[k] != 255) full[i] = 0;
-    bool full_colors = true;
-    for (const Vec4f& c : scene.colors) full_colors &= c.w >= 1;
+    const auto full = [&](const Texture& texture) {
+        const std::vector<std::uint8_t>& rgba = scene.images[std::size_t(texture.image)].rgba;
+        for (std::size_t k = 3; k < rgba.size(); k += 4)
+            if (rgba[k] != 255) return false;
+        return true;
+    };
+    for (const Vec4f& c : scene.colors)
+        if (!(c.w >= 1)) return;
     for (Material& m : scene.materials) {
+        if (m.alpha_mode == AlphaMode::opaque || m.alpha_texture) continue;
         const float least = m.alpha_mode == AlphaMode::mask ? m.alpha_cutoff : 1.0f;
-        const bool textured = m.alpha_texture || (m.base_color_texture && full[std::size_t(m.base_color_texture.image)] == 0);
-        if (full_colors && !textured && m.alpha >= least) m.alpha_mode = AlphaMode::opaque;
+        if (m.alpha >= least && (!m.base_color_texture || full(m.base_color_texture))) m.alpha_mode = AlphaMode::opaque;
     }
 }
 

@@ -2,6 +2,7 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/scene/scene.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -111,7 +112,8 @@ Vec3f mapped_normal(const Scene<T>& scene, std::uint32_t triangle, T u, T v, con
 /// source  M. Mikkelsen, Simulation of Wrinkled Surfaces Revisited (2008)
 template <class T>
 void add_tangents(Scene<T>& scene) {
-    if (scene.normals.empty()) return;
+    const auto mapped = [](const Material& m) { return bool(m.normal_texture); };
+    if (scene.normals.empty() || std::none_of(scene.materials.begin(), scene.materials.end(), mapped)) return;
     std::vector<Vec4f> sums;
     std::vector<char> mixed;
     for (std::size_t i = 0; i < scene.triangles.size(); ++i) {
