@@ -17,7 +17,8 @@ std::string text_of(const Vec3d& v) { return text_of(v.x) + "," + text_of(v.y) +
 
 std::string text_of(const Camera& camera) {
     return "eye " + text_of(camera.eye) + " target " + text_of(camera.target) + " up " + text_of(camera.up) + " vfov " +
-           text_of(camera.vertical_fov);
+           text_of(camera.vertical_fov) +
+           (camera.lens_radius > 0 ? " lens " + text_of(camera.lens_radius) + " focus " + text_of(camera.focus_distance) : "");
 }
 
 std::string integrator_of(const Options& o) {
@@ -52,6 +53,7 @@ std::map<std::string, std::string> identity_of(const Options& o, const Scene<flo
             {"camera", text_of(camera)},
             {"integrator", integrator_of(o)},
             {"sampler", sampler_of(o)},
+            {"pixel filter", std::vector<std::string>{"box", "tent", "blackman-harris"}[std::size_t(o.filter)]},
             {"seed", std::to_string(o.seed)},
             {"firefly clamp", std::isinf(o.firefly_clamp) ? "off" : text_of(o.firefly_clamp)}};
 }

@@ -121,6 +121,11 @@ std::optional<Options> parse_options(int argc, char** argv) {
         o.vertical_fov = to_positive(v);
         if (!(*o.vertical_fov < 180)) throw UsageError("must be below 180");
     });
+    line.add("--lens-radius M", "of a thin lens, in metres; blurs what is not in focus (0)",
+             [&](auto& v) { o.lens_radius = to_positive(v); });
+    line.add("--focus M", "distance of the sharp plane (the target's)", [&](auto& v) { o.focus_distance = to_positive(v); });
+    line.add("--pixel-filter NAME", "box|tent|blackman-harris (box)",
+             [&](auto& v) { o.filter = PixelFilter(to_choice(v, {"box", "tent", "blackman-harris"})); });
     line.add("--crop x0,y0,x1,y1", "only these pixels, the same as in the whole image (all)",
              [&](auto& v) { set_crop(o, v); });
     add_image_options(line, o.image);

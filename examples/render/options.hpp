@@ -41,7 +41,9 @@ struct Options {
     int camera = 0;
     bool camera_chosen = false;
     std::optional<lambent::Vec3d> eye, target, up;
-    std::optional<double> vertical_fov;
+    std::optional<double> vertical_fov, focus_distance;
+    double lens_radius = 0;
+    lambent::PixelFilter filter = lambent::PixelFilter::box;
     lambent::PixelWindow crop;
     ImageSettings image;
     bool quiet = false, checkpoint = false, validate = false;

@@ -64,6 +64,7 @@ public:
         options_.window = state.window;
         options_.firefly_clamp = o.firefly_clamp;
         options_.planes = state.film.planes();
+        options_.filter = o.filter;
     }
 
     void run() {

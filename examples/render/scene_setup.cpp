@@ -68,6 +68,8 @@ Camera choose_camera(const Scene<float>& scene, const Options& o) {
     if (o.target) camera.target = *o.target;
     if (o.up) camera.up = *o.up;
     if (o.vertical_fov) camera.vertical_fov = *o.vertical_fov;
+    if (o.focus_distance) camera.focus_distance = *o.focus_distance;
+    camera.lens_radius = o.lens_radius;
     if (!(length(camera.target - camera.eye) > 0)) throw UsageError("the camera's eye and target coincide");
     return camera;
 }

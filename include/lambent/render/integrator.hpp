@@ -12,6 +12,7 @@ inline namespace LAMBENT_ABI {
 /// Which numbers of a sample are used for what. A path's vertex n draws from its own four dimensions.
 namespace dimensions {
 inline constexpr std::uint32_t pixel = 0; ///< 2D
+inline constexpr std::uint32_t lens = 1;  ///< 2D
 inline constexpr std::uint32_t first_vertex = 2;
 inline constexpr std::uint32_t per_vertex = 4;
 inline constexpr std::uint32_t light_point = 0; ///< 2D, from here on relative to the vertex

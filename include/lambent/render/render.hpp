@@ -3,7 +3,9 @@
 #include <lambent/film/film.hpp>
 #include <lambent/film/region.hpp>
 #include <lambent/render/integrator.hpp>
+#include <lambent/render/pixel_filter.hpp>
 #include <lambent/sampling/sampler.hpp>
+#include <lambent/sampling/warp.hpp>
 #include <lambent/scene/camera.hpp>
 #include <lambent/scene/prepared_scene.hpp>
 #include <algorithm>
@@ -23,6 +25,7 @@ struct RenderOptions {
     std::uint64_t first_sample = 0;   ///< sample indices [first_sample, end_sample) of every pixel
     std::uint64_t end_sample = 16;
     PixelWindow window{};             ///< of the image to render; empty = all of it
+    PixelFilter filter = PixelFilter::box;
     FilmPlanes planes = FilmPlanes::features;
     double firefly_clamp = std::numeric_limits<double>::infinity(); ///< largest channel of a sample's reflected
                                                                     ///< radiance: above, it is scaled down
@@ -33,6 +36,15 @@ struct RenderResult {
     RayCounts rays;
     bool stopped = false; ///< ended by the caller's wish; the film is without this pass
 };
+
+namespace detail {
+/// What a scene's own coordinates are relative to; scenes of others, which have no such thing, are as they are.
+template <class S>
+Vec3d origin_of(const S& scene) {
+    if constexpr (requires { scene.scene().origin; }) return scene.scene().origin;
+    else return Vec3d(0);
+}
+} // namespace detail
 
 /// Renders the samples [first_sample, end_sample) of every pixel of the window and merges them into `film`,
 /// which is made when it is empty. What a pixel gets depends on scene, sampler and sample index alone: any
@@ -57,7 +69,7 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
     const int width = window.width(), height = window.height();
     const int tile = std::max(1, options.tile);
     const int tiles_x = (width + tile - 1) / tile, tiles_y = (height + tile - 1) / tile;
-    const CameraRays<T> rays(camera, options.width, options.height, scene.scene().origin);
+    const CameraRays<T> rays(camera, options.width, options.height, detail::origin_of(scene));
 
     FilmPass<T> pass(width, height, options.planes, options.first_sample, options.end_sample);
     std::atomic<std::uint64_t> closest{0}, shadow{0};
@@ -76,9 +88,12 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
                     typename FilmPass<T>::Pixel pixel(pass, x, y);
                     for (std::uint64_t i = options.first_sample; i < options.end_sample; ++i) {
                         const auto stream = sampler.at(px, py, std::uint32_t(i));
-                        const auto jitter = stream.get_2d(dimensions::pixel);
-                        PixelSample<T> sample = integrator.sample(
-                            scene, rays.ray(T(px) + T(jitter.x), T(py) + T(jitter.y)), stream, counts);
+                        const Vec2<T> u(stream.get_2d(dimensions::pixel));
+                        const T at_x = T(px) + T(0.5) + filter_offset(options.filter, u.x);
+                        const T at_y = T(py) + T(0.5) + filter_offset(options.filter, u.y);
+                        const Ray<T> ray = rays.has_lens() ? rays.ray(at_x, at_y, square_to_disk(Vec2<T>(stream.get_2d(dimensions::lens))))
+                                                           : rays.ray(at_x, at_y);
+                        PixelSample<T> sample = integrator.sample(scene, ray, stream, counts);
                         clamp_reflected(sample, T(options.firefly_clamp));
                         pixel.add(sample);
                     }
@@ -100,7 +115,7 @@ PixelData<typename S::Scalar> render(const S& scene, const Camera& camera, const
                                      const RenderOptions& options, E& executor) {
     Film<typename S::Scalar> film;
     render(film, scene, camera, integrator, sampler, options, executor, [] { return true; });
-    return film.resolve(scene.scene().origin);
+    return film.resolve(detail::origin_of(scene));
 }
 
 } // namespace LAMBENT_ABI

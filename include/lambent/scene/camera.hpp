@@ -9,13 +9,15 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// Pinhole camera in the scene's own coordinates.
+/// Camera in the scene's own coordinates: a pinhole, or a thin lens of some radius.
 struct Camera {
     Vec3d eye{0, 0, 0};
     Vec3d target{0, 0, -1};
     Vec3d up{0, 1, 0};
-    double vertical_fov = 45; ///< degrees, the whole angle from the lower to the upper edge, in (0, 180)
+    double vertical_fov = 45;  ///< degrees, the whole angle from the lower to the upper edge, in (0, 180)
     std::string name;
+    double lens_radius = 0;    ///< metres; 0 = a pinhole, everything is sharp
+    double focus_distance = 0; ///< of the plane that is sharp, along the view; 0 = through the target
 };
 
 /// The camera's axes for one image size: pixel positions to rays.
@@ -24,7 +26,7 @@ template <class T>
 class CameraRays {
 public:
     CameraRays(const Camera& camera, int width, int height, const Vec3d& origin)
-        : width_(width), height_(height), eye_(camera.eye - origin) {
+        : width_(width), height_(height), eye_(camera.eye - origin), has_lens_(camera.lens_radius > 0) {
         const Vec3d forward = normalize(camera.target - camera.eye);
         Vec3d right = cross(forward, camera.up);
         if (!(dot(right, right) > 1e-24)) // looking along `up`: any other up will do
@@ -32,6 +34,10 @@ public:
         right = normalize(right);
         const Vec3d up = cross(right, forward);
         const double half = std::tan(camera.vertical_fov * pi<double> / 360);
+        const double focus = camera.focus_distance > 0 ? camera.focus_distance : length(camera.target - camera.eye);
+        lens_right_ = Vec3<T>(right * (camera.lens_radius / focus));
+        lens_up_ = Vec3<T>(up * (camera.lens_radius / focus));
+        focus_ = T(focus);
         forward_ = Vec3<T>(forward);
         right_ = Vec3<T>(right * (half * double(width) / double(height)));
         up_ = Vec3<T>(up * half);
@@ -44,9 +50,20 @@ public:
         return {.origin = eye_, .direction = normalize(forward_ + sx * right_ + sy * up_)};
     }
 
+    bool has_lens() const { return has_lens_; }
+
+    /// The same from a point of the lens, given on the unit disk: all of one image position meet in the sharp plane.
+    Ray<T> ray(T x, T y, const Vec2<T>& lens) const {
+        const T sx = 2 * x / T(width_) - 1, sy = 1 - 2 * y / T(height_);
+        const Vec3<T> shift = lens.x * lens_right_ + lens.y * lens_up_;
+        return {.origin = eye_ + focus_ * shift, .direction = normalize(forward_ + sx * right_ + sy * up_ - shift)};
+    }
+
 private:
     int width_, height_;
-    Vec3<T> eye_, forward_, right_, up_;
+    Vec3<T> eye_, forward_, right_, up_, lens_right_, lens_up_;
+    T focus_;
+    bool has_lens_;
 };
 
 /// A camera that sees the whole box from in front and a little above, 45 degrees of view.
