@@ -91,6 +91,7 @@
 #include <lambent/scene/material.hpp>
 #include <lambent/scene/prepared_scene.hpp>
 #include <lambent/scene/scene.hpp>
+#include <lambent/scene/scene_lights.hpp>
 #include <lambent/scene/sphere.hpp>
 #include <lambent/scene/surface.hpp>
 #include <lambent/scene/suspicions.hpp>

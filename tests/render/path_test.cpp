@@ -30,10 +30,10 @@ struct WatchedScene {
     }
     Surface<float> surface(const Ray<float>& ray, const Hit<float>& hit) const { return inner.surface(ray, hit); }
     Vec3f background(const Vec3f& d) const { return inner.background(d); }
-    LightSample<float> sample_light(const Vec3f& p, float pick, const Vec2f& u) const { return inner.sample_light(p, pick, u); }
-    float hit_light_pdf(const Ray<float>& ray, const Hit<float>& hit) const { return inner.hit_light_pdf(ray, hit); }
+    LightSample<float> sample_light(const Vec3f& p, const Vec3f& n, const Vec2f& u, Companion c) const { return inner.sample_light(p, n, u, c); }
+    float hit_light_pdf(const Ray<float>& ray, const Hit<float>& hit, const Vec3f& n) const { return inner.hit_light_pdf(ray, hit, n); }
     float background_pdf(const Vec3f& d) const { return inner.background_pdf(d); }
-    bool has_lights() const { return inner.has_lights(); }
+    bool has_lights(Companion c) const { return inner.has_lights(c); }
 };
 static_assert(RenderScene<WatchedScene>);
 

@@ -1,9 +1,14 @@
 #pragma once
 #include <lambent/core/vec.hpp>
+#include <cstdint>
 #include <limits>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
+
+/// Who else looks for light beside light samples: nobody, or bounces drawn from the BSDF, so that what is bright
+/// everywhere may be left to them.
+enum class Companion : std::uint8_t { none, bsdf };
 
 /// Light that reaches a point from one direction, before any shadow. `pdf` = 0 means that there is none.
 template <class T>

@@ -15,10 +15,9 @@ inline constexpr std::uint32_t pixel = 0; ///< 2D
 inline constexpr std::uint32_t lens = 1;  ///< 2D
 inline constexpr std::uint32_t first_vertex = 2;
 inline constexpr std::uint32_t per_vertex = 4;
-inline constexpr std::uint32_t light_point = 0; ///< 2D, from here on relative to the vertex
-inline constexpr std::uint32_t direction = 1;   ///< 2D
-inline constexpr std::uint32_t light_pick = 2;  ///< 1D
-inline constexpr std::uint32_t roulette = 3;    ///< 1D
+inline constexpr std::uint32_t light = 0;     ///< 2D, from here on relative to the vertex: which one, and where on it
+inline constexpr std::uint32_t direction = 1; ///< 2D
+inline constexpr std::uint32_t roulette = 3;  ///< 1D
 } // namespace dimensions
 
 /// Counts of what was traced.

@@ -31,6 +31,7 @@ struct PathState {
     PixelSample<T> result;
     std::uint32_t depth = 0; ///< scattering events so far
     T bsdf_pdf = 0;          ///< of the ray's direction; 0 for the camera's
+    Vec3<T> normal{0};       ///< of the surface that the ray left, as lights were asked for there
     Ray<T> shadow_ray;
     Vec3<T> shadow_radiance{0};
     bool alive = true;
@@ -67,7 +68,7 @@ struct PathIntegrator {
         }
         const Surface<T> surface = scene.surface(path.ray, hit);
         if (path.depth == 0) detail::record_surface(path.result, surface);
-        add_emission<T>(path, surface.emission, [&] { return scene.hit_light_pdf(path.ray, hit); });
+        add_emission<T>(path, surface.emission, [&] { return scene.hit_light_pdf(path.ray, hit, path.normal); });
         if (path.depth >= options.max_depth || is_black(surface.albedo)) {
             path.alive = false;
             return;
@@ -78,7 +79,7 @@ struct PathIntegrator {
         const Lambert<T> bsdf{surface.albedo};
         const Vec3<T> wo = frame.to_local(surface.wo);
         if constexpr (strategy != PathStrategy::bsdf) {
-            if (scene.has_lights()) aim_at_light(scene, path, surface, frame, bsdf, wo, base, stream);
+            if (scene.has_lights(companion)) aim_at_light(scene, path, surface, frame, bsdf, wo, base, stream);
         }
         scatter(path, surface, frame, bsdf, wo, base, stream);
     }
@@ -98,6 +99,8 @@ struct PathIntegrator {
     }
 
 private:
+    static constexpr Companion companion = strategy == PathStrategy::both ? Companion::bsdf : Companion::none;
+
     template <class T>
     static T mis_weight(T pdf, T other) {
         return heuristic == MisHeuristic::power ? power_heuristic(pdf, other) : balance_heuristic(pdf, other);
@@ -118,8 +121,8 @@ private:
     template <class S, class T, class B, class Stream>
     static void aim_at_light(const S& scene, PathState<T>& path, const Surface<T>& surface, const Frame<T>& frame,
                              const B& bsdf, const Vec3<T>& wo, std::uint32_t base, const Stream& stream) {
-        const LightSample<T> light = scene.sample_light(surface.position, stream.get_1d(base + dimensions::light_pick),
-                                                        stream.get_2d(base + dimensions::light_point));
+        const LightSample<T> light = scene.sample_light(surface.position, surface.geometric_normal,
+                                                        stream.get_2d(base + dimensions::light), companion);
         if (!(light.pdf > 0) || !(dot(light.wi, surface.geometric_normal) > 0)) return;
         const Vec3<T> wi = frame.to_local(light.wi);
         const Vec3<T> value = bsdf.eval(wo, wi) * glm::abs(wi.z) * light.radiance * path.throughput;
@@ -150,6 +153,7 @@ private:
             path.throughput /= survival;
         }
         path.bsdf_pdf = bounce.pdf;
+        path.normal = surface.geometric_normal;
         path.ray = spawn_ray(surface, wi);
         path.alive = true;
     }

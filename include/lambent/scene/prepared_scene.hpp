@@ -2,14 +2,12 @@
 #include <lambent/bvh/bvh.hpp>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/ray.hpp>
-#include <lambent/light/environment_light.hpp>
 #include <lambent/light/light_sample.hpp>
-#include <lambent/light/sphere_light.hpp>
 #include <lambent/light/triangle_light.hpp>
-#include <lambent/sampling/alias.hpp>
 #include <lambent/sampling/hash.hpp>
 #include <lambent/scene/attributes.hpp>
 #include <lambent/scene/scene.hpp>
+#include <lambent/scene/scene_lights.hpp>
 #include <lambent/scene/surface.hpp>
 #include <algorithm>
 #include <array>
@@ -25,19 +23,19 @@ inline namespace LAMBENT_ABI {
 template <class S>
 concept RenderScene = requires(const S& scene, const Ray<typename S::Scalar>& ray, const Hit<typename S::Scalar>& hit,
                                const Vec3<typename S::Scalar>& v, const Vec2<typename S::Scalar>& u,
-                               typename S::Scalar x) {
+                               Companion companion) {
     { scene.intersect(ray) } -> std::same_as<Hit<typename S::Scalar>>;
     { scene.occluded(ray) } -> std::same_as<bool>;
     { scene.surface(ray, hit) } -> std::same_as<Surface<typename S::Scalar>>;
     { scene.background(v) } -> std::same_as<Vec3<typename S::Scalar>>;
-    { scene.sample_light(v, x, u) } -> std::same_as<LightSample<typename S::Scalar>>;
-    { scene.hit_light_pdf(ray, hit) } -> std::same_as<typename S::Scalar>;
+    { scene.sample_light(v, v, u, companion) } -> std::same_as<LightSample<typename S::Scalar>>;
+    { scene.hit_light_pdf(ray, hit, v) } -> std::same_as<typename S::Scalar>;
     { scene.background_pdf(v) } -> std::same_as<typename S::Scalar>;
-    { scene.has_lights() } -> std::same_as<bool>;
+    { scene.has_lights(companion) } -> std::same_as<bool>;
 };
 
-/// A scene made ready for rays: its tree, and the table from which lights are picked by power. Refers to the
-/// scene, which must stay as it is. Primitives are the triangles, then the spheres.
+/// A scene made ready for rays: its tree and its lights. Refers to the scene, which must stay as it is. Primitives are
+/// the triangles, then the spheres.
 template <class T>
 class PreparedScene {
 public:
@@ -45,24 +43,20 @@ public:
 
     /// throws lambent::Error when the scene's arrays do not fit together
     template <class E>
-    PreparedScene(const Scene<T>& scene, E& executor) : scene_(scene) {
-        scene.validate();
+    PreparedScene(const Scene<T>& scene, E& executor) : scene_(validated(scene)), lights_(scene) {
         const auto mesh = triangles(scene.positions, scene.triangles);
         bvh_ = BasicBvh<T>::build(mesh, BuildOptions{}, executor);
         masked_ = std::any_of(scene.materials.begin(), scene.materials.end(),
                               [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
         front_only_ = std::any_of(scene.materials.begin(), scene.materials.end(),
                                   [](const Material& m) { return m.front_only; });
-        environment_ = EnvironmentLight<T>(scene.environment.map, scene.environment.width, scene.environment.height,
-                                           scene.environment.scale, scene.environment.rotation);
-        collect_lights();
     }
     PreparedScene(Scene<T>&&, auto&) = delete;
 
     const Scene<T>& scene() const { return scene_; }
     const BasicBvh<T>& bvh() const { return bvh_; }
-    std::size_t light_count() const { return lights_.size(); }
-    bool has_lights() const { return !lights_.empty(); }
+    std::size_t light_count() const { return lights_.count(); }
+    bool has_lights(Companion companion) const { return lights_.any(companion); }
 
     Hit<T> intersect(const Ray<T>& ray) const {
         return nearer_sphere(ray, masked_ ? bvh_.intersect(ray, alpha_test(ray)) : bvh_.intersect(ray));
@@ -136,69 +130,27 @@ public:
         return s;
     }
 
-    Vec3<T> background(const Vec3<T>& direction) const {
-        return environment_.black() ? Vec3<T>(0) : environment_.radiance(direction);
+    Vec3<T> background(const Vec3<T>& direction) const { return lights_.background(direction); }
+
+    /// Light at point `from` of a surface with unit `normal`, as SceneLights::sample().
+    LightSample<T> sample_light(const Vec3<T>& from, const Vec3<T>& normal, const Vec2<T>& u, Companion companion) const {
+        return lights_.sample(from, normal, u, companion);
     }
 
-    /// Light at point `from`, from one light picked by power with `pick` and one direction to it; the pdf
-    /// includes the pick.
-    LightSample<T> sample_light(const Vec3<T>& from, T pick, const Vec2<T>& u) const {
-        const auto chosen = table_.sample(pick);
-        LightSample<T> s;
-        if (!(chosen.probability > 0)) return s;
-        const LightRef& light = lights_[chosen.index];
-        switch (light.kind) {
-        case LightKind::environment: s = environment_.sample(u); break;
-        case LightKind::punctual: s = scene_.punctual_lights[light.index].sample(from, scene_.origin); break;
-        case LightKind::sphere: {
-            const Sphere<T>& sphere = scene_.spheres[light.index];
-            s = SphereLight<T>{sphere.center, sphere.radius}.sample(from, u);
-            s.radiance = Vec3<T>(emission_at(scene_, scene_.materials[sphere.material], Attributes()));
-            break;
-        }
-        case LightKind::triangle: {
-            Vec2<T> barycentric(0);
-            bool front = false;
-            s = triangle_light(light.index).sample(from, u, barycentric, front);
-            const Material& material = scene_.materials[scene_.triangle_materials[light.index]];
-            if (!front && !material.double_sided) s.pdf = 0;
-            if (!(s.pdf > 0)) break;
-            const Attributes a = attributes_at(scene_, light.index, barycentric.x, barycentric.y);
-            s.radiance = Vec3<T>(emission_at(scene_, material, a) * coverage_at(scene_, material, a));
-            break;
-        }
-        }
-        s.pdf *= chosen.probability;
-        return s;
+    /// Density per solid angle with which sample_light() beside BSDF samples, at the ray's origin on a surface of
+    /// this normal, draws the ray's direction to the light that it hit; 0 where that is none. The direction is of unit
+    /// length.
+    T hit_light_pdf(const Ray<T>& ray, const Hit<T>& hit, const Vec3<T>& normal) const {
+        return lights_.pdf(ray.origin, normal, hit.primitive, hit.t, ray.direction);
     }
 
-    /// Density per solid angle with which sample_light() at the ray's origin draws the ray's direction to
-    /// the light that it hit; 0 where that is none. The direction is of unit length.
-    T hit_light_pdf(const Ray<T>& ray, const Hit<T>& hit) const {
-        if (light_of_primitive_.empty()) return 0;
-        const std::uint32_t light = light_of_primitive_[hit.primitive];
-        if (light == no_light) return 0;
-        const T pick = table_.probability(light);
-        if (is_sphere(hit.primitive)) {
-            const Sphere<T>& sphere = sphere_of(hit.primitive);
-            return pick * SphereLight<T>{sphere.center, sphere.radius}.pdf(ray.origin);
-        }
-        return pick * triangle_light(hit.primitive).pdf(hit.t * hit.t, ray.direction);
-    }
-
-    T background_pdf(const Vec3<T>& direction) const {
-        return environment_index_ == no_light ? T(0)
-                                              : table_.probability(environment_index_) * environment_.pdf(direction);
-    }
+    T background_pdf(const Vec3<T>& direction) const { return lights_.background_pdf(direction); }
 
 private:
-    enum class LightKind : std::uint8_t { triangle, sphere, punctual, environment };
-    struct LightRef {
-        LightKind kind;
-        std::uint32_t index;
-    };
-    static constexpr std::uint32_t no_light = 0xffffffffu;
-
+    static const Scene<T>& validated(const Scene<T>& scene) {
+        scene.validate();
+        return scene;
+    }
     bool is_sphere(std::uint32_t primitive) const { return primitive >= scene_.triangles.size(); }
     const Sphere<T>& sphere_of(std::uint32_t primitive) const {
         return scene_.spheres[primitive - scene_.triangles.size()];
@@ -246,60 +198,10 @@ private:
         };
     }
 
-    void collect_lights() {
-        std::vector<double> powers;
-        const auto add = [&](LightKind kind, std::size_t index, double power) {
-            if (!(power > 0) || !is_finite(power)) return no_light;
-            lights_.push_back({kind, std::uint32_t(index)});
-            powers.push_back(power);
-            return std::uint32_t(lights_.size() - 1);
-        };
-        std::vector<std::uint32_t> of_primitive(scene_.triangles.size() + scene_.spheres.size(), no_light);
-        for (std::size_t i = 0; i < scene_.triangles.size(); ++i) {
-            const Material& m = scene_.materials[scene_.triangle_materials[i]];
-            if (m.emissive()) of_primitive[i] = add(LightKind::triangle, i, triangle_power(std::uint32_t(i), m));
-        }
-        for (std::size_t i = 0; i < scene_.spheres.size(); ++i) {
-            const Sphere<T>& s = scene_.spheres[i];
-            const double area = 4 * pi<double> * double(s.radius) * double(s.radius);
-            const double power = pi<double> * area * luminance(Vec3d(emission_at(scene_, scene_.materials[s.material], Attributes())));
-            of_primitive[scene_.triangles.size() + i] = add(LightKind::sphere, i, power);
-        }
-        if (!lights_.empty()) light_of_primitive_ = std::move(of_primitive);
-        const Bounds3<double> bounds = scene_.bounds();
-        const double radius = bounds.empty() ? 1.0 : std::max(1e-30, length(bounds.size()) / 2);
-        for (std::size_t i = 0; i < scene_.punctual_lights.size(); ++i)
-            add(LightKind::punctual, i, scene_.punctual_lights[i].power(radius));
-        if (!environment_.black())
-            environment_index_ = add(LightKind::environment, 0, 4 * pi<double> * pi<double> * radius * radius *
-                                                                    double(environment_.mean_luminance()));
-        table_ = AliasTable(std::span<const double>(powers));
-    }
-
-    /// π · area · mean emission; a texture is looked at in a few places, and never counts for nothing.
-    double triangle_power(std::uint32_t triangle, const Material& m) const {
-        const double area = length(Vec3d(triangle_light(triangle).area_vector())) / 2;
-        double mean = luminance(Vec3d(m.emission));
-        if (m.emission_texture) {
-            constexpr int side = 4;
-            double sum = 0;
-            for (int i = 0; i < side * side; ++i) {
-                const Vec2<T> u((T(i % side) + T(0.5)) / side, (T(i / side) + T(0.5)) / side);
-                sum += luminance(Vec3d(emission_at(scene_, m, attributes_at(scene_, triangle, u.x, u.y))));
-            }
-            mean = std::max(sum / (side * side), mean * 0.01);
-        }
-        return pi<double> * area * (m.double_sided ? 2 : 1) * mean;
-    }
-
     const Scene<T>& scene_;
     BasicBvh<T> bvh_;
     bool masked_ = false, front_only_ = false;
-    EnvironmentLight<T> environment_;
-    std::vector<LightRef> lights_;
-    std::vector<std::uint32_t> light_of_primitive_;
-    std::uint32_t environment_index_ = no_light;
-    AliasTable table_;
+    SceneLights<T> lights_;
 };
 
 } // namespace LAMBENT_ABI
