@@ -66,7 +66,10 @@
 #include <lambent/light/sphere_light.hpp>
 #include <lambent/light/triangle_light.hpp>
 #include <lambent/material/bsdf.hpp>
+#include <lambent/material/fresnel.hpp>
+#include <lambent/material/ggx.hpp>
 #include <lambent/material/lambert.hpp>
+#include <lambent/material/standard.hpp>
 #include <lambent/render/ambient_occlusion.hpp>
 #include <lambent/render/direct.hpp>
 #include <lambent/render/first_hit.hpp>

@@ -25,7 +25,7 @@ TEST_CASE_TEMPLATE("S1: Lambert bounces follow the cosine (chi-square), mean cos
         const Vec3d across = normalize(std::abs(axis.x) < 0.9 ? cross(axis, Vec3d(1, 0, 0)) : cross(axis, Vec3d(0, 1, 0)));
         const Vec3d along = cross(axis, across);
         for (int i = 0; i < n; ++i) {
-            const BsdfSample<T> s = bsdf.sample({0, 0, 1}, {T(random.uniform_float()), T(random.uniform_float())});
+            const BsdfSample<T> s = bsdf.sample({0, 0, 1}, T(0), {T(random.uniform_float()), T(random.uniform_float())});
             REQUIRE(s.pdf > 0);
             const Vec3d w(frame.to_world(s.wi));
             const double c = dot(w, axis);

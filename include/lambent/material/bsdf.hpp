@@ -10,17 +10,21 @@ template <class T>
 struct BsdfSample {
     Vec3<T> wi{0};     ///< unit, local space
     Vec3<T> weight{0}; ///< f(wo, wi) · |cos wi| / pdf
-    T pdf = 0;         ///< per solid angle
+    T pdf = 0;         ///< per solid angle; of a delta lobe, which has one direction, the chance of its choice
+    T eta_scale = 1;   ///< what refraction did to the radiance's scale, for roulette to undo
+    bool delta = false;
 };
 
 /// How a surface scatters. Directions are unit vectors in the local space of the shading normal, which is
 /// (0, 0, 1), and point away from the surface; the viewer's side is up. `eval` is the BSDF f without the cosine;
-/// `pdf` is the density per solid angle with which `sample` draws wi. A material is one struct that fits.
+/// `pdf` is the density per solid angle with which `sample` draws wi; delta lobes are in neither. `sample` chooses a
+/// lobe by `pick` and a direction by `u`. A material is one struct that fits.
 template <class B>
-concept Bsdf = requires(const B& bsdf, const Vec3<typename B::Scalar>& w, const Vec2<typename B::Scalar>& u) {
+concept Bsdf = requires(const B& bsdf, const Vec3<typename B::Scalar>& w, const Vec2<typename B::Scalar>& u,
+                           typename B::Scalar pick) {
     { bsdf.eval(w, w) } -> std::same_as<Vec3<typename B::Scalar>>;
     { bsdf.pdf(w, w) } -> std::same_as<typename B::Scalar>;
-    { bsdf.sample(w, u) } -> std::same_as<BsdfSample<typename B::Scalar>>;
+    { bsdf.sample(w, pick, u) } -> std::same_as<BsdfSample<typename B::Scalar>>;
 };
 
 } // namespace LAMBENT_ABI

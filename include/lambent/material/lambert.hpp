@@ -18,7 +18,7 @@ struct Lambert {
         return wi.z > 0 ? albedo * inv_pi<T> : Vec3<T>(0);
     }
     T pdf(const Vec3<T>& /*wo*/, const Vec3<T>& wi) const { return wi.z > 0 ? wi.z * inv_pi<T> : T(0); }
-    BsdfSample<T> sample(const Vec3<T>& wo, const Vec2<T>& u) const {
+    BsdfSample<T> sample(const Vec3<T>& wo, T /*pick*/, const Vec2<T>& u) const {
         const Vec3<T> wi = square_to_cosine_hemisphere(u);
         return {wi, albedo, pdf(wo, wi)};
     }

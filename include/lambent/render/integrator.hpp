@@ -1,6 +1,8 @@
 #pragma once
 #include <lambent/core/ray.hpp>
 #include <lambent/film/film.hpp>
+#include <lambent/material/lambert.hpp>
+#include <lambent/material/standard.hpp>
 #include <lambent/sampling/sampler.hpp>
 #include <lambent/scene/prepared_scene.hpp>
 #include <concepts>
@@ -17,6 +19,7 @@ inline constexpr std::uint32_t first_vertex = 2;
 inline constexpr std::uint32_t per_vertex = 4;
 inline constexpr std::uint32_t light = 0;     ///< 2D, from here on relative to the vertex: which one, and where on it
 inline constexpr std::uint32_t direction = 1; ///< 2D
+inline constexpr std::uint32_t lobe = 2;      ///< 1D
 inline constexpr std::uint32_t roulette = 3;  ///< 1D
 } // namespace dimensions
 
@@ -47,6 +50,26 @@ inline Hit<T> camera_hit(const S& scene, const Ray<T>& ray) {
     else return scene.intersect(ray);
 }
 
+/// Calls f(bsdf) with how light scatters at a surface, not at all where it doesn't: a scene may have BSDFs of its own.
+template <class S, class T, class F>
+void with_bsdf(const S& scene, const Surface<T>& surface, F&& f) {
+    if constexpr (requires { scene.with_bsdf(surface, f); }) scene.with_bsdf(surface, f);
+    else if (!surface.point.diffuse()) f(StandardBsdf<T>(surface.point));
+    else if (!is_black(surface.albedo)) f(Lambert<T>{surface.albedo});
+}
+
+/// Whether a BSDF is made of delta lobes alone, which no light sample meets; whether light may go through it.
+template <class B>
+bool only_delta(const B& bsdf) {
+    if constexpr (requires { bsdf.only_delta(); }) return bsdf.only_delta();
+    else return false;
+}
+template <class B>
+bool transmits(const B& bsdf) {
+    if constexpr (requires { bsdf.transmits(); }) return bsdf.transmits();
+    else return false;
+}
+
 /// The features of a first hit.
 template <class T>
 inline void record_surface(PixelSample<T>& sample, const Surface<T>& surface) {
@@ -57,6 +80,15 @@ inline void record_surface(PixelSample<T>& sample, const Surface<T>& surface) {
     sample.depth = surface.distance;
     sample.material = surface.material;
     sample.emission = surface.emission;
+}
+/// The features of what is seen by way of mirrors and smooth glass alone: they take the place of the glass's own, but for
+/// its distance and material, and light seen so counts as seen directly.
+template <class T>
+inline void record_reflected(PixelSample<T>& sample, const Surface<T>& surface, const Vec3<T>& throughput) {
+    sample.albedo = min(surface.albedo * throughput, Vec3<T>(1));
+    sample.normal = surface.shading_normal;
+    sample.position = surface.position;
+    sample.emission += surface.emission * throughput;
 }
 } // namespace detail
 

@@ -30,8 +30,11 @@ struct PathState {
     Vec3<T> throughput{1};
     PixelSample<T> result;
     std::uint32_t depth = 0; ///< scattering events so far
-    T bsdf_pdf = 0;          ///< of the ray's direction; 0 for the camera's
+    T bsdf_pdf = 0;          ///< of the ray's direction; 0 where only it could find a light: of the camera, or a delta lobe's
+    T eta_scale = 1;         ///< what refraction has done to the scale of the throughput
+    bool specular = true;    ///< delta lobes only so far
     Vec3<T> normal{0};       ///< of the surface that the ray left, as lights were asked for there
+    Vec3<T> extinction{0};   ///< per unit of length, of the volume that the ray is in
     Ray<T> shadow_ray;
     Vec3<T> shadow_radiance{0};
     bool alive = true;
@@ -67,21 +70,13 @@ struct PathIntegrator {
             return;
         }
         const Surface<T> surface = scene.surface(path.ray, hit);
+        if (!is_black(path.extinction)) path.throughput *= exp(-path.extinction * surface.distance);
         if (path.depth == 0) detail::record_surface(path.result, surface);
+        else if (path.specular) detail::record_reflected(path.result, surface, path.throughput);
         add_emission<T>(path, surface.emission, [&] { return scene.hit_light_pdf(path.ray, hit, path.normal); });
-        if (path.depth >= options.max_depth || is_black(surface.albedo)) {
-            path.alive = false;
-            return;
-        }
-
-        const std::uint32_t base = dimensions::first_vertex + dimensions::per_vertex * path.depth;
-        const Frame<T> frame(surface.shading_normal);
-        const Lambert<T> bsdf{surface.albedo};
-        const Vec3<T> wo = frame.to_local(surface.wo);
-        if constexpr (strategy != PathStrategy::bsdf) {
-            if (scene.has_lights(companion)) aim_at_light(scene, path, surface, frame, bsdf, wo, base, stream);
-        }
-        scatter(path, surface, frame, bsdf, wo, base, stream);
+        path.alive = false;
+        if (path.depth >= options.max_depth) return;
+        detail::with_bsdf(scene, surface, [&](const auto& bsdf) { meet(scene, path, surface, bsdf, stream); });
     }
 
     template <RenderScene S, SampleStream Stream>
@@ -111,20 +106,41 @@ private:
     static void add_emission(PathState<T>& path, const Vec3<T>& emission, Pdf light_pdf) {
         if (is_black(emission)) return;
         Vec3<T> radiance = path.throughput * emission;
-        if (path.depth > 0) {
+        if (path.bsdf_pdf > 0) {
             if constexpr (strategy == PathStrategy::light) return;
             if constexpr (strategy == PathStrategy::both) radiance *= mis_weight(path.bsdf_pdf, light_pdf());
         }
         path.result.radiance += radiance;
     }
 
+    /// Next-event estimation and the next direction at a surface.
+    template <class S, class T, class B, class Stream>
+    void meet(const S& scene, PathState<T>& path, const Surface<T>& surface, const B& bsdf, const Stream& stream) const {
+        const std::uint32_t base = dimensions::first_vertex + dimensions::per_vertex * path.depth;
+        const Frame<T> frame(surface.shading_normal);
+        const Vec3<T> wo = frame.to_local(surface.wo);
+        if constexpr (strategy != PathStrategy::bsdf) {
+            if (scene.has_lights(companion) && !detail::only_delta(bsdf))
+                aim_at_light(scene, path, surface, frame, bsdf, wo, base, stream);
+        }
+        scatter(path, surface, frame, bsdf, wo, base, stream);
+    }
+
+    /// Whether the true surface lets a direction pass to the side on which the shading normal has it: what interpolated
+    /// and mapped normals would send through an opaque surface, or reflect from a transmissive one's inside, is lost.
+    template <class T>
+    static bool same_side(const Surface<T>& surface, const Vec3<T>& wi, T local_z) {
+        return dot(wi, surface.geometric_normal) * local_z > 0;
+    }
+
     template <class S, class T, class B, class Stream>
     static void aim_at_light(const S& scene, PathState<T>& path, const Surface<T>& surface, const Frame<T>& frame,
                              const B& bsdf, const Vec3<T>& wo, std::uint32_t base, const Stream& stream) {
-        const LightSample<T> light = scene.sample_light(surface.position, surface.geometric_normal,
+        const LightSample<T> light = scene.sample_light(surface.position, lit_normal(surface, bsdf),
                                                         stream.get_2d(base + dimensions::light), companion);
-        if (!(light.pdf > 0) || !(dot(light.wi, surface.geometric_normal) > 0)) return;
+        if (!(light.pdf > 0)) return;
         const Vec3<T> wi = frame.to_local(light.wi);
+        if (!same_side(surface, light.wi, wi.z)) return;
         const Vec3<T> value = bsdf.eval(wo, wi) * glm::abs(wi.z) * light.radiance * path.throughput;
         if (is_black(value)) return;
         T weight = 1;
@@ -136,24 +152,33 @@ private:
                               : spawn_ray_to(surface, light.target, light.target_error, light.target_normal);
     }
 
+    /// The normal by which lights are chosen: none where they may shine through.
+    template <class T, class B>
+    static Vec3<T> lit_normal(const Surface<T>& surface, const B& bsdf) {
+        return detail::transmits(bsdf) ? Vec3<T>(0) : surface.geometric_normal;
+    }
+
     template <class T, class B, class Stream>
     void scatter(PathState<T>& path, const Surface<T>& surface, const Frame<T>& frame, const B& bsdf,
                  const Vec3<T>& wo, std::uint32_t base, const Stream& stream) const {
-        const BsdfSample<T> bounce = bsdf.sample(wo, stream.get_2d(base + dimensions::direction));
+        const BsdfSample<T> bounce =
+            bsdf.sample(wo, stream.get_1d(base + dimensions::lobe), stream.get_2d(base + dimensions::direction));
         const Vec3<T> wi = normalize(frame.to_world(bounce.wi));
-        path.alive = false;
-        if (!(bounce.pdf > 0) || !(dot(wi, surface.geometric_normal) > 0)) return;
+        if (!(bounce.pdf > 0) || !same_side(surface, wi, bounce.wi.z)) return;
         path.throughput *= bounce.weight;
+        path.eta_scale *= bounce.eta_scale;
         ++path.depth;
-        const T strength = max_component(path.throughput);
+        const T strength = max_component(path.throughput) * path.eta_scale;
         if (!(strength > 0) || !is_finite(strength)) return;
         if (path.depth >= options.roulette_depth) {
             const T survival = std::clamp(strength, T(0.05), T(0.99)); // white mazes end too
             if (!(stream.get_1d(base + dimensions::roulette) < survival)) return;
             path.throughput /= survival;
         }
-        path.bsdf_pdf = bounce.pdf;
-        path.normal = surface.geometric_normal;
+        if (bounce.wi.z < 0) path.extinction = surface.front ? surface.extinction : Vec3<T>(0);
+        path.bsdf_pdf = bounce.delta ? T(0) : bounce.pdf;
+        path.specular = path.specular && bounce.delta;
+        path.normal = lit_normal(surface, bsdf);
         path.ray = spawn_ray(surface, wi);
         path.alive = true;
     }

@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
+#include <lambent/material/standard.hpp>
 #include <lambent/scene/scene.hpp>
 #include <algorithm>
 #include <cmath>
@@ -41,10 +42,52 @@ Vec4f look_up(const Scene<T>& scene, const Texture& texture, const Attributes& a
     return texture.sample(scene.images[std::size_t(texture.image)], a.texcoord[texture.set]);
 }
 
+/// Linear reflectance in [0, 1], with texture and vertex colour.
+template <class T>
+Vec3f base_color_at(const Scene<T>& scene, const Material& m, const Attributes& a) {
+    Vec3f color = m.base_color * Vec3f(a.color);
+    if (m.base_color_texture) color *= Vec3f(look_up(scene, m.base_color_texture, a));
+    return clamp(color, 0.0f, 1.0f);
+}
+
 /// Radiance of a material's lit side.
 template <class T>
 Vec3f emission_at(const Scene<T>& scene, const Material& m, const Attributes& a) {
     return m.emission_texture ? m.emission * Vec3f(look_up(scene, m.emission_texture, a)) : m.emission;
+}
+
+/// What a material is at a point, seen from its front or not.
+template <class T>
+StandardPoint<T> standard_point(const Scene<T>& scene, const Material& m, const Attributes& a, bool front) {
+    StandardPoint<T> p;
+    p.base_color = Vec3<T>(base_color_at(scene, m, a));
+    p.metallic = T(m.metallic);
+    p.roughness = T(m.roughness);
+    if (m.metallic_roughness_texture) {
+        const Vec4f t = look_up(scene, m.metallic_roughness_texture, a);
+        p.roughness *= T(t.y);
+        p.metallic *= T(t.z);
+    }
+    p.ior = T(m.ior);
+    p.specular = T(m.specular);
+    if (m.specular_texture) p.specular *= T(look_up(scene, m.specular_texture, a).w);
+    p.specular_color = Vec3<T>(m.specular_color);
+    if (m.specular_color_texture) p.specular_color *= Vec3<T>(Vec3f(look_up(scene, m.specular_color_texture, a)));
+    p.transmission = T(m.transmission);
+    if (m.transmission_texture) p.transmission *= T(look_up(scene, m.transmission_texture, a).x);
+    p.thin = !(m.thickness > 0);
+    p.front = front;
+    p.clearcoat = T(m.clearcoat);
+    if (m.clearcoat_texture) p.clearcoat *= T(look_up(scene, m.clearcoat_texture, a).x);
+    p.clearcoat_roughness = T(m.clearcoat_roughness);
+    if (m.clearcoat_roughness_texture) p.clearcoat_roughness *= T(look_up(scene, m.clearcoat_roughness_texture, a).y);
+    return p;
+}
+
+/// Extinction per metre of the volume that a surface of the material bounds; 0 for sheets and clear glass.
+inline Vec3f extinction_of(const Material& m) {
+    if (!(m.transmission > 0) || !(m.thickness > 0) || !is_finite(m.attenuation_distance)) return Vec3f(0);
+    return -log(max(m.attenuation_color, Vec3f(1e-6f))) / m.attenuation_distance;
 }
 
 /// The chance, in [0, 1], that there is a surface: 0 or 1 but for AlphaMode::blend.

@@ -122,9 +122,17 @@ public:
             s.geometric_normal = -s.geometric_normal;
             s.shading_normal = -s.shading_normal;
         }
-        Vec3f albedo = material.base_color * Vec3f(attributes.color);
-        if (material.base_color_texture) albedo *= Vec3f(look_up(scene_, material.base_color_texture, attributes));
-        s.albedo = Vec3<T>(clamp(albedo, 0.0f, 1.0f));
+        turn_to_viewer(s);
+        s.front = front;
+        s.extinction = Vec3<T>(extinction_of(material));
+        s.point = standard_point(scene_, material, attributes, front);
+        s.albedo = s.point.albedo(glm::max(T(0), dot(s.shading_normal, s.wo)));
+        if (material.unlit) {
+            s.emission = s.point.base_color;
+            s.albedo = Vec3<T>(0);
+            s.point = {};
+            return s;
+        }
         if (material.emissive() && (front || material.double_sided))
             s.emission = Vec3<T>(emission_at(scene_, material, attributes));
         return s;
@@ -167,6 +175,14 @@ private:
     TriangleLight<T> triangle_light(std::uint32_t triangle) const {
         const UVec3 t = scene_.triangles[triangle];
         return {{scene_.positions[t[0]], scene_.positions[t[1]], scene_.positions[t[2]]}};
+    }
+
+    /// Bends a shading normal that looks away from the viewer until it just doesn't: facets near a silhouette, and steep
+    /// normal maps, would be black.
+    static void turn_to_viewer(Surface<T>& s) {
+        constexpr T least = T(0.01);
+        const T facing = dot(s.shading_normal, s.wo);
+        if (facing < least) s.shading_normal = normalize(s.shading_normal + (least - facing) * s.wo);
     }
 
     /// Unit normal of the front. The tree holds no triangle without area, but the product may still vanish.

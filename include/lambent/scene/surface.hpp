@@ -2,6 +2,7 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/ray.hpp>
 #include <lambent/core/vec.hpp>
+#include <lambent/material/standard.hpp>
 #include <limits>
 
 namespace lambent {
@@ -17,7 +18,10 @@ struct Surface {
     Vec3<T> wo{0};               ///< unit, to the viewer
     Vec3<T> albedo{0};           ///< linear reflectance in [0, 1]
     Vec3<T> emission{0};         ///< radiance towards the viewer
+    StandardPoint<T> point;      ///< how light scatters, for scenes that have no BSDF of their own
+    Vec3<T> extinction{0};       ///< per unit of length, of the volume behind the front side
     T distance = 0;              ///< from the ray's origin
+    bool front = true;           ///< seen from the front side
     std::uint32_t material = 0;
 };
 
