@@ -283,6 +283,7 @@ TEST_CASE_TEMPLATE("standard material: finite at every roughness and angle", T, 
         p.specular = T(1);
         p.transmission = random.uniform(0, 1) < 0.5 ? T(0) : T(random.uniform(0, 1));
         p.thin = random.uniform(0, 1) < 0.5;
+        p.ior = random.uniform(0, 1) < 0.2 ? T(1) : T(random.uniform(1, 2.5));
         p.front = random.uniform(0, 1) < 0.5;
         p.clearcoat = random.uniform(0, 1) < 0.7 ? T(0) : T(1);
         p.clearcoat_roughness = T(random.uniform(0, 1));

@@ -122,7 +122,7 @@ public:
             s.geometric_normal = -s.geometric_normal;
             s.shading_normal = -s.shading_normal;
         }
-        turn_to_viewer(s);
+        if (s.shading_normal != s.geometric_normal) keep_reflection_above(s);
         s.front = front;
         s.extinction = Vec3<T>(extinction_of(material));
         s.point = standard_point(scene_, material, attributes, front);
@@ -177,12 +177,19 @@ private:
         return {{scene_.positions[t[0]], scene_.positions[t[1]], scene_.positions[t[2]]}};
     }
 
-    /// Bends a shading normal that looks away from the viewer until it just doesn't: facets near a silhouette, and steep
-    /// normal maps, would be black.
-    static void turn_to_viewer(Surface<T>& s) {
-        constexpr T least = T(0.01);
-        const T facing = dot(s.shading_normal, s.wo);
-        if (facing < least) s.shading_normal = normalize(s.shading_normal + (least - facing) * s.wo);
+    /// Bends a shading normal until the viewer's mirrored direction leaves the true surface: near silhouettes, and under
+    /// steep normal maps, facets would be black that see nothing but the surface itself.
+    /// source  Keller et al., The Iray Light Transport Simulation and Rendering System (2017), A.3
+    static void keep_reflection_above(Surface<T>& s) {
+        const T facing = dot(s.shading_normal, s.wo), above = dot(s.geometric_normal, s.wo);
+        const Vec3<T> mirrored = 2 * facing * s.shading_normal - s.wo;
+        const T height = dot(mirrored, s.geometric_normal), least = glm::min(T(0.01), above / 2);
+        if (facing > 0 && height >= least) return;
+        const Vec3<T> lifted = normalize(mirrored + (least - glm::min(height, least)) * s.geometric_normal);
+        const Vec3<T> half = lifted + s.wo;
+        const T size = length(half);
+        s.shading_normal = size > T(1e-6) ? half / size : s.geometric_normal;
+        if (!(dot(s.shading_normal, s.wo) > 0)) s.shading_normal = s.geometric_normal;
     }
 
     /// Unit normal of the front. The tree holds no triangle without area, but the product may still vanish.
