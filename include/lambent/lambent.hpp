@@ -61,7 +61,10 @@
 #include <lambent/film/pixel_view.hpp>
 #include <lambent/film/region.hpp>
 #include <lambent/light/environment_light.hpp>
+#include <lambent/light/light_bounds.hpp>
 #include <lambent/light/light_sample.hpp>
+#include <lambent/light/light_tree.hpp>
+#include <lambent/light/light_tree_split.hpp>
 #include <lambent/light/punctual_light.hpp>
 #include <lambent/light/sphere_light.hpp>
 #include <lambent/light/triangle_light.hpp>

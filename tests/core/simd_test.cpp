@@ -57,7 +57,7 @@ TEST_CASE_TEMPLATE("Packs compute what scalars do, lane by lane", K, F2, F4, F8,
     for (std::size_t i = 0; i < a.size(); i += std::size_t(n)) {
         const P x = P::load(&a[i]), y = P::load(&b[i]), z = P::load(&c[i]);
         const P sum = x + y, difference = x - y, product = x * y, quotient = x / y, negated = -x, fused = fma(x, y, z),
-                least = min(x, y), most = max(x, y), chosen = select(x < y, x, y), joined = join(low_half(x), high_half(x));
+                least = min(x, y), most = max(x, y), chosen = select(x < y, x, y), joined = join(low_half(x), high_half(x)), root = sqrt(abs(x));
         unsigned less = 0, less_equal = 0, greater = 0, greater_equal = 0, equal = 0;
         for (int lane = 0; lane < n; ++lane) {
             const std::size_t k = i + std::size_t(lane);
@@ -71,6 +71,7 @@ TEST_CASE_TEMPLATE("Packs compute what scalars do, lane by lane", K, F2, F4, F8,
             expect(most, lane, a[k] > b[k] ? a[k] : b[k]);
             expect(chosen, lane, a[k] < b[k] ? a[k] : b[k]);
             expect(joined, lane, a[k]);
+            expect(root, lane, std::sqrt(std::abs(a[k])));
             less |= unsigned(a[k] < b[k]) << lane;
             less_equal |= unsigned(a[k] <= b[k]) << lane;
             greater |= unsigned(a[k] > b[k]) << lane;

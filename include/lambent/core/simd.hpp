@@ -212,6 +212,33 @@ template <class T, int N>
     return typename Pack<T, N>::Vector(Ints(a.v) & rest);
 }
 
+/// Lane-wise square root, correctly rounded.
+template <class T, int N>
+[[gnu::always_inline]] inline Pack<T, N> sqrt(Pack<T, N> a) {
+    using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
+#if defined(__AVX512F__)
+    if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_sqrt_ps(__m512(a.v)));
+    if constexpr (detail::is_pack<double, 8, T, N>) return Vector(_mm512_sqrt_pd(__m512d(a.v)));
+#endif
+#if defined(__AVX__)
+    if constexpr (detail::is_pack<float, 8, T, N>) return Vector(_mm256_sqrt_ps(__m256(a.v)));
+    if constexpr (detail::is_pack<double, 4, T, N>) return Vector(_mm256_sqrt_pd(__m256d(a.v)));
+#endif
+#if defined(__SSE2__)
+    if constexpr (detail::is_pack<float, 4, T, N>) return Vector(_mm_sqrt_ps(__m128(a.v)));
+    if constexpr (detail::is_pack<double, 2, T, N>) return Vector(_mm_sqrt_pd(__m128d(a.v)));
+#elif defined(__aarch64__)
+    if constexpr (detail::is_pack<float, 4, T, N>) return Vector(vsqrtq_f32(float32x4_t(a.v)));
+    if constexpr (detail::is_pack<double, 2, T, N>) return Vector(vsqrtq_f64(float64x2_t(a.v)));
+#endif
+    if constexpr (detail::splits<T, N>) {
+        return join(sqrt(low_half(a)), sqrt(high_half(a)));
+    } else {
+        for (int i = 0; i < N; ++i) a.v[i] = std::sqrt(a.v[i]);
+        return a;
+    }
+}
+
 /// Whether lanes are neither infinite nor NaN, by their bits: holds under -ffast-math too.
 template <class T, int N>
 [[gnu::always_inline]] inline Mask<T, N> is_finite(Pack<T, N> a) {

@@ -12,9 +12,12 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// Light from infinitely far away: a constant, or a latitude-longitude map, bilinear, drawn in proportion to
-/// what the map sends from each of its cells. Direction d looks up u = 0.5 + atan2(d.z, d.x) / 2π,
-/// v = acos(d.y) / π, after a turn about +y.
+/// Light from infinitely far away: a constant, or a latitude-longitude map, bilinear. Direction d looks up
+/// u = 0.5 + atan2(d.z, d.x) / 2π, v = acos(d.y) / π, after a turn about +y.
+/// Beside bounces of the BSDF (Companion::bsdf) directions are drawn in proportion to what is above the map's mean:
+/// what shines from everywhere is theirs, and of a constant nothing is drawn at all. Alone, the rest is drawn
+/// evenly.
+/// source  Karlík, Šik, Vévoda, Skřivan, Křivánek, "MIS compensation", SIGGRAPH Asia 2019
 template <class T>
 class EnvironmentLight {
 public:
@@ -26,26 +29,35 @@ public:
           cos_(T(std::cos(rotation_degrees * pi<double> / 180))),
           sin_(T(std::sin(rotation_degrees * pi<double> / 180))) {
         if (is_black(scale)) return;
-        mean_ = luminance(scale_);
+        mean_ = luminance(Vec3<T>(scale_));
         if (map_.empty()) return;
         std::vector<float> weights(map_.size());
         double sum = 0, solid_angle = 0;
-        for (int y = 0; y < height_; ++y) {
-            const double sine = std::sin((double(y) + 0.5) / height_ * pi<double>);
-            for (int x = 0; x < width_; ++x) {
-                const double weight = cell_mean(x, y) * sine;
-                weights[std::size_t(y) * std::size_t(width_) + std::size_t(x)] = float(weight);
-                sum += weight;
-                solid_angle += sine;
+        const auto for_each_cell = [&](auto&& f) {
+            for (int y = 0; y < height_; ++y) {
+                const double sine = std::sin((double(y) + 0.5) / height_ * pi<double>);
+                for (int x = 0; x < width_; ++x) f(weights[std::size_t(y) * std::size_t(width_) + std::size_t(x)], sine, x, y);
             }
-        }
-        mean_ = T(sum / solid_angle);
+        };
+        for_each_cell([&](float& weight, double sine, int x, int y) {
+            weight = float(cell_mean(x, y));
+            sum += double(weight) * sine;
+            solid_angle += sine;
+        });
+        const double mean = sum / solid_angle;
+        double excess = 0;
+        for_each_cell([&](float& weight, double sine, int, int) {
+            weight = float(std::max(double(weight) - mean, 0.0) * sine);
+            excess += double(weight);
+        });
+        mean_ = T(mean);
+        excess_ = T(excess / solid_angle);
         distribution_ = Distribution2D(weights, std::uint32_t(width_), std::uint32_t(height_));
     }
 
     bool black() const { return !(mean_ > 0); }
-    /// Mean luminance over the sphere of directions.
-    T mean_luminance() const { return mean_; }
+    /// Mean luminance over the sphere of directions, of what sample() looks for.
+    T mean_luminance(Companion companion = Companion::none) const { return companion == Companion::none ? mean_ : excess_; }
 
     Vec3<T> radiance(const Vec3<T>& direction) const {
         if (map_.empty()) return Vec3<T>(scale_);
@@ -59,35 +71,43 @@ public:
     }
 
     /// Density per solid angle with which sample() draws this direction.
-    T pdf(const Vec3<T>& direction) const {
-        if (black()) return 0;
-        if (map_.empty()) return uniform_sphere_pdf<T>();
-        const Vec2<T> uv = to_map(direction);
-        const T sine = sine_of(direction);
-        return sine > 0 ? distribution_.pdf(uv) / (2 * pi<T> * pi<T> * sine) : T(0);
+    T pdf(const Vec3<T>& direction, Companion companion = Companion::none) const {
+        const T peaks = excess_ > 0 ? peaks_pdf(direction) : T(0);
+        if (companion == Companion::bsdf) return peaks;
+        const T share = peaks_share();
+        return share * peaks + (1 - share) * uniform();
     }
 
-    LightSample<T> sample(const Vec2<T>& u) const {
+    LightSample<T> sample(const Vec2<T>& u, Companion companion = Companion::none) const {
         LightSample<T> s;
         s.infinite = true;
-        if (black()) return s;
-        if (map_.empty()) {
-            s.wi = square_to_uniform_sphere(u);
-            s.pdf = uniform_sphere_pdf<T>();
-            s.radiance = Vec3<T>(scale_);
+        const T share = companion == Companion::none ? peaks_share() : T(excess_ > 0 ? 1 : 0);
+        if (u.x < share) {
+            const auto drawn = distribution_.sample(Vec2<T>(std::min(u.x / share, one_minus_epsilon<T>), u.y));
+            const T theta = drawn.p.y * pi<T>, phi = (drawn.p.x - T(0.5)) * 2 * pi<T>;
+            const T sine = std::sin(theta);
+            const Vec3<T> d(sine * std::cos(phi), std::cos(theta), sine * std::sin(phi));
+            s.wi = normalize(Vec3<T>(cos_ * d.x - sin_ * d.z, d.y, sin_ * d.x + cos_ * d.z));
+        } else if (companion == Companion::none && !black()) {
+            s.wi = square_to_uniform_sphere(Vec2<T>(std::min((u.x - share) / (1 - share), one_minus_epsilon<T>), u.y));
+        } else {
             return s;
         }
-        const auto drawn = distribution_.sample(u);
-        const T theta = drawn.p.y * pi<T>, phi = (drawn.p.x - T(0.5)) * 2 * pi<T>;
-        const T sine = std::sin(theta);
-        const Vec3<T> d(sine * std::cos(phi), std::cos(theta), sine * std::sin(phi));
-        s.wi = normalize(Vec3<T>(cos_ * d.x - sin_ * d.z, d.y, sin_ * d.x + cos_ * d.z));
-        s.pdf = pdf(s.wi); // what a path that goes there by chance would be told, to the bit
+        s.pdf = pdf(s.wi, companion); // what a path that goes there by chance would be told, to the bit
         s.radiance = radiance(s.wi);
         return s;
     }
 
 private:
+    /// Of what sample() draws alone, how much goes to the peaks.
+    T peaks_share() const { return excess_ > 0 ? excess_ / (excess_ + mean_) : T(0); }
+    T uniform() const { return black() ? T(0) : uniform_sphere_pdf<T>(); }
+
+    T peaks_pdf(const Vec3<T>& direction) const {
+        const T sine = sine_of(direction);
+        return sine > 0 ? distribution_.pdf(to_map(direction)) / (2 * pi<T> * pi<T> * sine) : T(0);
+    }
+
     static T sine_of(const Vec3<T>& direction) {
         return std::sqrt(direction.x * direction.x + direction.z * direction.z);
     }
@@ -106,8 +126,7 @@ private:
         return Vec3<T>(map_[std::size_t(y) * std::size_t(width_) + std::size_t(x)]);
     }
 
-    /// Mean luminance of the bilinear map over the cell of one texel: 0 only where all of it is black, so that
-    /// whatever shines can be drawn.
+    /// Mean luminance of the bilinear map over the cell of one texel.
     double cell_mean(int x, int y) const {
         static constexpr double share[3] = {0.125, 0.75, 0.125};
         double sum = 0;
@@ -121,8 +140,9 @@ private:
     std::span<const Vec3f> map_;
     int width_ = 0, height_ = 0;
     Vec3f scale_{0};
-    T cos_ = 1, sin_ = 0, mean_ = 0;
-    Distribution2D distribution_;
+    T cos_ = 1, sin_ = 0;
+    T mean_ = 0, excess_ = 0; ///< luminance over the sphere: all of it, and above the mean
+    Distribution2D distribution_; ///< of the excess
 };
 
 } // namespace LAMBENT_ABI

@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/numerics.hpp>
+#include <lambent/light/light_bounds.hpp>
 #include <lambent/light/light_sample.hpp>
 #include <algorithm>
 #include <cstdint>
@@ -44,6 +45,19 @@ struct PunctualLight {
         }
         s.pdf = is_black(s.radiance) ? T(0) : T(1);
         return s;
+    }
+
+    /// Of a point or a spot, given relative to `origin`.
+    template <class T>
+    LightBounds<T> bounds(const Vec3d& origin) const {
+        LightBounds<T> b;
+        b.box.add(Vec3<T>(position - origin));
+        b.intensity = T(luminance(Vec3d(intensity)));
+        if (kind != Kind::spot) return b;
+        b.axis = Vec3<T>(direction);
+        b.cos_normals = T(outer_cone_cos); // all of the cone is lit by at most `intensity`, nothing outside is
+        b.cos_emission = T(0.999);
+        return b;
     }
 
     /// For choosing among lights: radiant power, of a directional light through a disk of this radius.

@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/core/frame.hpp>
 #include <lambent/core/numerics.hpp>
+#include <lambent/light/light_bounds.hpp>
 #include <lambent/light/light_sample.hpp>
 #include <lambent/sampling/warp.hpp>
 #include <algorithm>
@@ -23,6 +24,15 @@ struct SphereLight {
         const T distance2 = dot(d, d);
         const T touching = radius + gamma_bound<T>(32) * (max_component(abs(center)) + radius);
         return distance2 > touching * touching ? uniform_cone_pdf(radius * radius / distance2) : T(0);
+    }
+
+    /// For a luminance of radiance above 0.
+    LightBounds<T> bounds(T luminance) const {
+        LightBounds<T> b;
+        b.box.add(center - Vec3<T>(radius));
+        b.box.add(center + Vec3<T>(radius));
+        b.intensity = luminance * pi<T> * radius * radius;
+        return b;
     }
 
     LightSample<T> sample(const Vec3<T>& from, const Vec2<T>& u) const {

@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/numerics.hpp>
+#include <lambent/light/light_bounds.hpp>
 #include <lambent/light/light_sample.hpp>
 #include <lambent/sampling/warp.hpp>
 #include <array>
@@ -31,6 +32,20 @@ struct TriangleLight {
     T pdf(T distance2, const Vec3<T>& wi) const {
         const T projected_area = glm::abs(dot(area_vector(), wi)) / 2;
         return projected_area > 0 ? distance2 / projected_area : T(0);
+    }
+
+    /// For a mean luminance of radiance above 0.
+    LightBounds<T> bounds(T luminance, typename LightBounds<T>::Sides sides) const {
+        LightBounds<T> b;
+        for (const Vec3<T>& v : vertices) b.box.add(v);
+        const Vec3<T> doubled_area = area_vector();
+        const T size = length(doubled_area);
+        if (!(size > 0)) return b;
+        b.axis = doubled_area / size;
+        b.cos_normals = 1;
+        b.intensity = luminance * size / 2;
+        b.sides = sides;
+        return b;
     }
 
     /// A point of the triangle as seen from `from`; `barycentric` receives the weights of its second and third
