@@ -5,6 +5,7 @@
 #include <string>
 
 using namespace lambent;
+using lambent_test::noted;
 using lambent_test::TemporaryFolder;
 
 namespace {
@@ -95,7 +96,7 @@ TEST_CASE("OBJ: materials from several libraries, with spaces in names, options 
     CHECK(scene.materials[1].base_color_texture == no_texture);
     CHECK(scene.materials[1].alpha_mode == AlphaMode::opaque);
     CHECK(scene.materials[3].base_color == Vec3f(1, 0, 0.5f));
-    CHECK(noted(scene, "'absent.mtl' is missing"));
+    CHECK(noted(scene, "1 material libraries are missing, in line 2: 'absent.mtl'"));
     CHECK(noted(scene, "sub/my wood 1.png: no such file"));
     CHECK(noted(scene, "mask.png: no such file"));
     CHECK(noted(scene, "2 materials with d < 1"));

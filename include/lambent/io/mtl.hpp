@@ -36,7 +36,7 @@ inline MtlMap parse_mtl_map(ObjWords& words) {
             double ignored = 0;
             for (int k = 0; k < most && !words.done(); ++k) {
                 const ObjWords here = words;
-                if (!ObjWords::parse_number(words.word(), ignored) ||
+                if (!words.try_number(ignored) ||
                     words.done()) { // the last word is the name
                     words = here;
                     return;
@@ -75,9 +75,7 @@ inline std::optional<Vec3f> parse_mtl_color(ObjWords& words) {
 
 /// Adds the materials of an MTL file by name; a name's last definition counts.
 /// throws lambent::Error with file and line on a malformed number
-inline void parse_mtl(std::string_view text, const std::string& path,
-                      std::map<std::string, MtlMaterial>& materials) {
-    ObjLines lines(text, path);
+inline void parse_mtl(ObjLines lines, std::map<std::string, MtlMaterial>& materials, std::vector<std::string>&) {
     MtlMaterial* current = nullptr;
     while (lines.next()) {
         ObjWords words(lines);
