@@ -54,8 +54,10 @@ private:
         ObjWords words(lines);
         if (words.done()) return;
         const std::string_view key = words.word();
-        if (key == "v") {
+        if (key.size() == 1 && key[0] == 'v') {
             parse_position(lines, words);
+        } else if (key.size() == 1 && key[0] == 'f') {
+            parse_face(lines, words);
         } else if (key == "vt") {
             const double u = words.number<float>(), v = words.no_more() ? 0 : words.number<float>();
             vt_.push_back({float(u), 1 - float(v)}); // our v grows downwards
@@ -65,7 +67,7 @@ private:
             const double size = length(Vec3d(x, y, z));
             vn_.push_back(size > 0 ? Vec3f(Vec3d(x, y, z) / size) : Vec3f(0));
             limit(lines, vn_.size(), "normals");
-        } else if (key == "f" || key == "fo") { // fo: a face of the format's first version
+        } else if (key == "fo") { // fo: a face of the format's first version
             parse_face(lines, words);
         } else if (key == "usemtl") {
             material_ = material_index(words.rest());

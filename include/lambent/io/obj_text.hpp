@@ -120,7 +120,10 @@ private:
 /// The words of one line, split at spaces and tabs.
 class ObjWords {
 public:
-    explicit ObjWords(const ObjLines& lines) : lines_(&lines), left_(lines.line()) { skip(); }
+    explicit ObjWords(const ObjLines& lines) : ObjWords(lines, lines.line()) {}
+
+    /// Of a part of the line that `lines` is at.
+    ObjWords(const ObjLines& lines, std::string_view part) : lines_(&lines), left_(part) { skip(); }
 
     bool done() const { return left_.empty(); }
 
@@ -167,6 +170,8 @@ public:
     /// The next word as a finite number.
     /// returns false, and moves on nevertheless, when it is none
     bool try_number(double& value) { return parse_number(word(), value); }
+
+    bool starts_with(std::string_view text) const { return left_.starts_with(text); }
 
     /// Takes a whole number of up to 18 digits that stands next; for words of several parts, which end_word() ends.
     /// returns false, and moves nowhere, when there is none

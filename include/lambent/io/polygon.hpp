@@ -50,8 +50,7 @@ private:
     void project(std::span<const Vec3d> corners) {
         Vec3d normal(0);
         const Vec3d base = corners[0];
-        for (std::size_t i = 0; i < corners.size(); ++i)
-            normal += cross(corners[i] - base, corners[(i + 1) % corners.size()] - base);
+        for (std::size_t i = 2; i < corners.size(); ++i) normal += cross(corners[i - 1] - base, corners[i] - base);
         const int axis = largest_axis(normal), u = (axis + 1) % 3, v = (axis + 2) % 3;
         const double sign = normal[axis] < 0 ? -1 : 1;
         points_.clear();
@@ -68,7 +67,7 @@ private:
         int turns = 0;
         double last = 0, first = 0;
         for (std::size_t i = 0; i < n; ++i) {
-            const Vec2d &a = points_[i], &b = points_[(i + 1) % n], &c = points_[(i + 2) % n];
+            const Vec2d &a = points_[i], &b = points_[i + 1 < n ? i + 1 : 0], &c = points_[i + 2 < n ? i + 2 : i + 2 - n];
             if (turn(a, b, c) < 0) return false;
             const double dx = b.x - a.x;
             if (dx == 0) continue;
@@ -87,10 +86,11 @@ private:
     bool is_ear(std::size_t i) const {
         const Vec2d &a = points_[before_[i]], &b = points_[i], &c = points_[after_[i]];
         if (!(turn(a, b, c) > 0)) return false;
-        for (const std::size_t r : reflex_) {
+        for (const std::uint32_t r : reflex_) {
             const Vec2d& p = points_[r];
-            if (!present_[r] || p == a || p == b || p == c) continue;
-            if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0) return false;
+            if (turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0 && present_[r] && p != a && p != b &&
+                p != c)
+                return false;
         }
         return true;
     }
@@ -102,21 +102,22 @@ private:
         reflex_.clear();
         present_.assign(n, true);
         state_.assign(n, Corner::unknown);
-        for (std::size_t i = 0; i < n; ++i) {
-            before_[i] = (i + n - 1) % n;
-            after_[i] = (i + 1) % n;
+        for (std::uint32_t i = 0; i < n; ++i) {
+            before_[i] = i > 0 ? i - 1 : std::uint32_t(n - 1);
+            after_[i] = i + 1 < n ? i + 1 : 0;
         }
-        for (std::size_t i = 0; i < n; ++i)
+        for (std::uint32_t i = 0; i < n; ++i)
             if (reflex(i)) reflex_.push_back(i); // those that turn convex later only cost time
-        std::size_t i = 0, passed = 0;
+        std::uint32_t i = 0;
+        std::size_t passed = 0;
         for (std::size_t left = n; left > 3;) {
             if (state_[i] == Corner::unknown) state_[i] = is_ear(i) ? Corner::ear : Corner::no_ear;
             if (state_[i] == Corner::no_ear && ++passed <= left) { // after a whole turn without an ear: any
                 i = after_[i];
                 continue;
             }
-            const std::size_t a = before_[i], c = after_[i];
-            triangles_.push_back({std::uint32_t(a), std::uint32_t(i), std::uint32_t(c)});
+            const std::uint32_t a = before_[i], c = after_[i];
+            triangles_.push_back({a, i, c});
             present_[i] = false;
             after_[a] = c;
             before_[c] = a;
@@ -125,13 +126,13 @@ private:
             passed = 0;
             --left;
         }
-        triangles_.push_back({std::uint32_t(before_[i]), std::uint32_t(i), std::uint32_t(after_[i])});
+        triangles_.push_back({before_[i], i, after_[i]});
     }
 
     PolygonSweep sweep_;
     std::vector<Triangle> triangles_;
     std::vector<Vec2d> points_;
-    std::vector<std::size_t> before_, after_, reflex_;
+    std::vector<std::uint32_t> before_, after_, reflex_;
     std::vector<char> present_;
     std::vector<Corner> state_;
 };
