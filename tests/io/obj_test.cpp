@@ -111,6 +111,48 @@ TEST_CASE("OBJ: limits hold before memory is taken") {
     CHECK_THROWS_AS(load_obj(path, {.max_vertices = 3}), Error);
 }
 
+TEST_CASE("OBJ: comments, continued lines, unknown words, UTF-16") {
+    const Scene<float> scene = parse_obj("\xef\xbb\xbfv 0 0 0 # first\nv 1 0 0\n# C:\\folder\\\nv 0 1 0\nvt 1 1 # one\n"
+                                         "foo\nfoo\nf 1 \\\n2 3 # 4\nf 1 2 3\\",
+                                         "a.obj");
+    CHECK(scene.triangles.size() == 2);
+    CHECK(scene.positions.size() == 3);
+    CHECK(noted(scene, "a.obj: 2 lines begin with an unknown word and were skipped, the first in line 6: 'foo'"));
+    CHECK(parse_obj("g a\no b\nvp 1\ncstype bezier\n", "a.obj").notes.empty());
+    CHECK_THROWS_AS(parse_obj("\xff\xfev\0 \0", "a.obj"), Error);
+}
+
+TEST_CASE("OBJ: a file read in pieces is the text as a whole, lines longer than a piece included") {
+    const TemporaryFolder folder;
+    std::string text = "# " + std::string(detail::ObjLines::piece + 7, 'x') + "\r\n";
+    for (int i = 0; i < 40000; ++i)
+        text += "v " + std::to_string(i) + ".25 " + std::to_string(i % 7) + " 1\n" + (i % 3 == 2 ? "f -1 \\\n-2 -3\n" : "");
+    text += "f" + std::string(3 * detail::ObjLines::piece, ' ');
+    for (int i = 1; i <= 40000; ++i) text += " " + std::to_string(i);
+    for (const char* end : {"", "\n", "\r\n", "\nf 1 2 3"}) {
+        const Scene<float> file = load_obj(folder.write("a.obj", text + end)), whole = parse_obj(text + end, "a.obj");
+        CHECK(file.positions == whole.positions);
+        CHECK(file.triangles == whole.triangles);
+        CHECK(whole.triangles.size() == 40000 / 3 + 39998 + (end[0] == '\n' && end[1] == 'f'));
+    }
+}
+
+TEST_CASE("OBJ: corners of skipped faces make no vertices") {
+    const Scene<float> scene = parse_obj(triangle + "v 1e6 0 0\nf 1 2\nf 4\nf 1 2 3\n", "a.obj");
+    CHECK(scene.positions.size() == 3);
+    CHECK(scene.origin == Vec3d(0));
+}
+
+TEST_CASE("OBJ: a v with many texture coordinates is one vertex for each") {
+    std::string text = triangle;
+    for (int i = 0; i < 100; ++i) text += "vt " + std::to_string(i) + " 0\n";
+    for (int round = 0; round < 2; ++round)
+        for (int i = 1; i <= 100; ++i) text += "f 1/" + std::to_string(i) + " 2 3\n";
+    const Scene<float> scene = parse_obj(text, "a.obj");
+    CHECK(scene.positions.size() == 102);
+    for (std::size_t i = 0; i < 200; ++i) CHECK(scene.texcoords[scene.triangles[i].x].x == float(i % 100));
+}
+
 TEST_CASE("scenes far from the origin keep their bits") {
     const TemporaryFolder folder;
     const Scene<float> far =
