@@ -21,7 +21,7 @@ public:
     static constexpr std::size_t few_corners = 128;
 
     /// Where the sweep can't, because a polygon crosses itself, ears are clipped up to this size; beyond it is a fan.
-    static constexpr std::size_t most_corners = 1024;
+    static constexpr std::size_t most_corners = 256;
 
     /// The n - 2 triangles, with the polygon's orientation, as indices of its n corners: a fan where it is
     /// convex; else they overlap nowhere, unless it crosses itself.
