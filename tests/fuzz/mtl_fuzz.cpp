@@ -1,5 +1,5 @@
-// libFuzzer target: MTL text. Must give materials that stand for surfaces in their ranges, or an Error; seeds: the shared
-// .mtl files.
+// libFuzzer target: MTL text. Must give materials that stand for surfaces in their ranges, or an Error.
+// Seeds: the shared .mtl files.
 #include <lambent/io/mtl_surface.hpp>
 #include <cstddef>
 #include <cstdint>

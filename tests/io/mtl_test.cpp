@@ -33,16 +33,19 @@ Library parse_library(const std::string& text) {
     return library;
 }
 
-MtlMaterial material_of(const std::string& statements) { return parse_library("newmtl m\n" + statements).materials["m"]; }
+MtlMaterial material_of(const std::string& statements) {
+    return parse_library("newmtl m\n" + statements).materials["m"];
+}
 
 MtlSurface surface_of_text(const std::string& statements) { return detail::surface_of(material_of(statements)); }
 
 } // namespace
 
 TEST_CASE("MTL: every value of a material") {
-    const MtlMaterial m = material_of("Ka 1 0 0\nKd .5 .25 .125 # grey\nKs 0.5\nKe 1 2 3\nTf 0.1 0.2 0.3\nNs 10\nNi 1.5\n"
-                                      "d -halo 0.75\nillum 7\nPr 0.1\nPm 0.2\nPs 0.3\nPc 0.4\nPcr 0.6\naniso 0.7\n"
-                                      "anisor 0.8\n");
+    const MtlMaterial m =
+        material_of("Ka 1 0 0\nKd .5 .25 .125 # grey\nKs 0.5\nKe 1 2 3\nTf 0.1 0.2 0.3\nNs 10\nNi 1.5\n"
+                    "d -halo 0.75\nillum 7\nPr 0.1\nPm 0.2\nPs 0.3\nPc 0.4\nPcr 0.6\naniso 0.7\n"
+                    "anisor 0.8\n");
     CHECK(m.ambient == Vec3f(1, 0, 0));
     CHECK(m.diffuse == Vec3f(0.5f, 0.25f, 0.125f));
     CHECK(m.specular == Vec3f(0.5f));
@@ -75,11 +78,12 @@ TEST_CASE("MTL: opacity by d, else by 1 - Tr, in [0, 1]") {
 }
 
 TEST_CASE("MTL: textures with their options, before the name and behind it; names with spaces and minus signs") {
-    const MtlMaterial m = material_of("map_Kd -clamp on -s 2 3 4 -o 0.5 sub\\a wood - 1.png\n"
-                                      "bump -bm 2 -imfchan r -blendu off bump 01.png  \n"
-                                      "norm -type sphere n.png\nmap_d -mm 0.25 2 -t 1 1 -boost 3 -texres 256 -cc on a b.png\n"
-                                      "map_Ks my picture.jpg -bm 1.5 -clamp on\nmap_Ns -odd.png\nmap_Ke a -s.png\n"
-                                      "map_Pr r.png\nmap_Pm m.png\n");
+    const MtlMaterial m =
+        material_of("map_Kd -clamp on -s 2 3 4 -o 0.5 sub\\a wood - 1.png\n"
+                    "bump -bm 2 -imfchan r -blendu off bump 01.png  \n"
+                    "norm -type sphere n.png\nmap_d -mm 0.25 2 -t 1 1 -boost 3 -texres 256 -cc on a b.png\n"
+                    "map_Ks my picture.jpg -bm 1.5 -clamp on\nmap_Ns -odd.png\nmap_Ke a -s.png\n"
+                    "map_Pr r.png\nmap_Pm m.png\n");
     CHECK(m.diffuse_map.file == "sub/a wood - 1.png");
     CHECK(m.diffuse_map.clamp);
     CHECK(m.diffuse_map.moved);
@@ -132,8 +136,8 @@ TEST_CASE("MTL: illum 0 to 2 is Lambert, with a highlight where model 2 has a Ks
     CHECK(plain.transmission == 0);
     CHECK(surface_of_text("Ks 1 1 1\nillum 1").specular == 0);
     for (const Vec3f ks : {Vec3f(0.01f, 0.02f, 0), Vec3f(0.5f), Vec3f(1, 0.5f, 0)}) {
-        const MtlSurface shiny = surface_of_text("illum 2\nNs 98\nKs " + std::to_string(ks.x) + " " + std::to_string(ks.y) +
-                                                 " " + std::to_string(ks.z));
+        const MtlSurface shiny = surface_of_text("illum 2\nNs 98\nKs " + std::to_string(ks.x) + " " +
+                                                 std::to_string(ks.y) + " " + std::to_string(ks.z));
         const Vec3f f0 = min(0.04f * shiny.specular_color, Vec3f(1)) * shiny.specular; // KHR_materials_specular
         for (int k = 0; k < 3; ++k) CHECK(f0[k] == doctest::Approx(0.08f * ks[k]));
         CHECK(shiny.ior == 1.5f);
@@ -157,7 +161,8 @@ TEST_CASE("MTL: mirrors, glass, coverage, and the extension for physically based
     CHECK(surface_of_text("Kd 0.5\nKs 0\nillum 3").metallic == 0);
 
     for (const char* model : {"4", "6", "7", "9"}) {
-        const MtlSurface glass = surface_of_text("Kd 1 0 0\nNi 1.33\nTf 0.5 0.75 1\nd 0.25\nNs 10\nillum " + std::string(model));
+        const MtlSurface glass =
+            surface_of_text("Kd 1 0 0\nNi 1.33\nTf 0.5 0.75 1\nd 0.25\nNs 10\nillum " + std::string(model));
         CHECK(glass.transmission == 1);
         CHECK(glass.ior == 1.33f);
         CHECK(glass.base_color == Vec3f(0.5f, 0.75f, 1));
@@ -168,7 +173,8 @@ TEST_CASE("MTL: mirrors, glass, coverage, and the extension for physically based
     CHECK(surface_of_text("illum 7").base_color == Vec3f(1));
     CHECK(surface_of_text("illum 2\nd 0.25").alpha == 0.25f);
 
-    const MtlSurface physical = surface_of_text("Kd 0.5\nKs 1\nNs 10\nillum 3\nPr 0.2\nPm 0.3\nPs 0.4\nPc 0.5\nPcr 0.6\nNi 1.4");
+    const MtlSurface physical =
+        surface_of_text("Kd 0.5\nKs 1\nNs 10\nillum 3\nPr 0.2\nPm 0.3\nPs 0.4\nPc 0.5\nPcr 0.6\nNi 1.4");
     CHECK(physical.base_color == Vec3f(0.5f));
     CHECK(physical.roughness == 0.2f);
     CHECK(physical.metallic == 0.3f);
@@ -184,12 +190,13 @@ TEST_CASE("MTL: mirrors, glass, coverage, and the extension for physically based
 TEST_CASE("MTL: values at the ends of their ranges give finite surfaces") {
     for (const char* ks : {"0", "1e-45", "1e-30", "1e-6", "1", "3e38", "-3e38"})
         for (int model = 0; model <= 10; ++model) {
-            const MtlSurface s = surface_of_text("Kd " + std::string(ks) + "\nNs " + ks + "\nNi " + ks + "\nTf " + ks + "\nKs " +
-                                                 ks + " 0 0\nillum " + std::to_string(model));
+            const MtlSurface s = surface_of_text("Kd " + std::string(ks) + "\nNs " + ks + "\nNi " + ks + "\nTf " + ks +
+                                                 "\nKs " + ks + " 0 0\nillum " + std::to_string(model));
             CAPTURE(ks);
             CHECK(is_finite(s.base_color));
             CHECK(is_finite(s.specular_color));
-            for (const float x : {s.metallic, s.roughness, s.specular, s.transmission, s.alpha}) CHECK((x >= 0 && x <= 1));
+            for (const float x : {s.metallic, s.roughness, s.specular, s.transmission, s.alpha})
+                CHECK((x >= 0 && x <= 1));
             CHECK((is_finite(s.ior) && s.ior >= 1));
         }
 }

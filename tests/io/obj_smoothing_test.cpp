@@ -83,7 +83,7 @@ TEST_CASE("OBJ: a group's normals know nothing of texture seams, however many me
     CHECK(smooth == 20);
 }
 
-TEST_CASE("OBJ: normals are weighted by angle: how faces are cut into triangles and how large they are does not matter") {
+TEST_CASE("OBJ: normals are weighted by angle, so neither size nor cuts of a face matter") {
     // A cube's corner, one of whose sides is fanned into many slivers and another ten times as long.
     std::string text = "v 0 0 0\nv 10 0 0\nv 0 1 0\nv 0 0 1\nv 10 1 0\ns 1\nf 1 3 5 2\nf 1 2 4\n";
     int last = 3;
@@ -104,8 +104,8 @@ TEST_CASE("OBJ: smoothed normals of a sphere point away from its centre") {
     for (int r = 0; r <= rows; ++r)
         for (int c = 0; c < columns; ++c) {
             const double theta = 3.14159265358979 * r / rows, phi = 2 * 3.14159265358979 * c / columns;
-            text += "v " + std::to_string(std::sin(theta) * std::cos(phi)) + " " + std::to_string(std::cos(theta)) + " " +
-                    std::to_string(std::sin(theta) * std::sin(phi)) + "\n";
+            text += "v " + std::to_string(std::sin(theta) * std::cos(phi)) + " " + std::to_string(std::cos(theta)) +
+                    " " + std::to_string(std::sin(theta) * std::sin(phi)) + "\n";
         }
     for (int r = 0; r < rows; ++r)
         for (int c = 0; c < columns; ++c) {
@@ -143,8 +143,8 @@ TEST_CASE("OBJ: smoothing groups of the shared files") {
     CHECK(noted(two, "7 corners have a texture or normal index out of range, which is ignored, the first in line 21"));
 
     const Scene<float> cube = load_obj(folder + "smoothing-normal.obj");
-    CHECK(near(normals_at(cube, {0, 2, 2}).at(0), {0, 0, 1})); // v 1: the front alone
-    CHECK(near(normals_at(cube, {2, 0, 2}).at(0), normalize(Vec3f(0, -1, 1)))); // v 3: front and bottom
-    CHECK(normals_at(cube, {0, 0, 0}).size() == 2);                              // v 6: smooth bottom, flat back
+    CHECK(near(normals_at(cube, {0, 2, 2}).at(0), {0, 0, 1}));                      // v 1: the front alone
+    CHECK(near(normals_at(cube, {2, 0, 2}).at(0), normalize(Vec3f(0, -1, 1))));     // v 3: front and bottom
+    CHECK(normals_at(cube, {0, 0, 0}).size() == 2);                                 // v 6: smooth bottom, flat back
     CHECK(load_obj(folder + "issue-162-smoothing-group.obj").normals.size() == 24); // has all its vn
 }

@@ -25,9 +25,9 @@ const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
 TEST_CASE("OBJ: positions, texture coordinates, normals; v flipped; CRLF, no final newline, odd numbers") {
     const TemporaryFolder folder;
-    const Scene<float> scene = load_obj(folder.write(
-        "a.obj", "# comment\r\nv +1 2. -.5e1\r\nv\t1 0 0\r\n  v 0 1 0 1.0\r\nvt 0.25 0.25\r\nvn 0 0 2\r\n"
-                 "f 1/1/1 2//-1 \\\r\n 3/-1"));
+    const Scene<float> scene = load_obj(
+        folder.write("a.obj", "# comment\r\nv +1 2. -.5e1\r\nv\t1 0 0\r\n  v 0 1 0 1.0\r\nvt 0.25 0.25\r\nvn 0 0 2\r\n"
+                              "f 1/1/1 2//-1 \\\r\n 3/-1"));
     REQUIRE(scene.triangles.size() == 1);
     CHECK(scene.positions[0] == Vec3f(1, 2, -5));
     CHECK(scene.texcoords[0] == Vec2f(0.25f, 0.75f));
@@ -51,8 +51,8 @@ TEST_CASE("OBJ: equal corners share a vertex, different ones do not; negative in
 TEST_CASE("OBJ: what is malformed is refused with file and line") {
     const TemporaryFolder folder;
     const auto refusal = [&](const std::string& text) { return message_of(folder.write("bad.obj", text)); };
-    for (const char* text : {"v 1 2 x\n", "v 1 2 nan\n", "v 1 2 inf\n", "v 1 2 1e999\n", "v 1 2\n",
-                             "v 1 2 3.1+e2\n", "v 1 2 0x10\n"}) {
+    for (const char* text :
+         {"v 1 2 x\n", "v 1 2 nan\n", "v 1 2 inf\n", "v 1 2 1e999\n", "v 1 2\n", "v 1 2 3.1+e2\n", "v 1 2 0x10\n"}) {
         CAPTURE(text);
         CHECK(refusal("\n" + std::string(text)).find("bad.obj:2: ") != std::string::npos);
     }
@@ -69,8 +69,8 @@ TEST_CASE("OBJ: what is malformed is refused with file and line") {
 
 TEST_CASE("OBJ: faces too short, points and wrong attribute indices are counted in notes") {
     const TemporaryFolder folder;
-    const Scene<float> scene = load_obj(
-        folder.write("a.obj", triangle + "f 1\nf 1 2\np 1\nl 1 2\nf 1/7 2//9 3\nusemtl nowhere\nf 1 2 3\n"));
+    const Scene<float> scene =
+        load_obj(folder.write("a.obj", triangle + "f 1\nf 1 2\np 1\nl 1 2\nf 1/7 2//9 3\nusemtl nowhere\nf 1 2 3\n"));
     CHECK(scene.triangles.size() == 2);
     CHECK(noted(scene, "2 faces of fewer than three corners"));
     CHECK(noted(scene, "2 point or line elements"));
@@ -81,13 +81,12 @@ TEST_CASE("OBJ: faces too short, points and wrong attribute indices are counted 
 TEST_CASE("OBJ: materials from several libraries, with spaces in names, options and backslashes") {
     const TemporaryFolder folder;
     folder.write("my colours.mtl", "newmtl deep red\nKd 0.5 0 0\nKe 1 2 3\n");
-    folder.write("b.mtl",
-                 "newmtl masked\r\nKd 0.25\r\nmap_Kd -s 1 1 1 -clamp on -o 0.1 sub\\my wood 1.png\r\n"
-                 "map_d mask.png\r\nnewmtl glass\r\nd 0.5\r\nillum 7\r\nnewmtl odd\nTr 0.25\nKd 2 -1 0.5");
-    const Scene<float> scene = load_obj(folder.write(
-        "a.obj", "mtllib my colours.mtl\nmtllib absent.mtl b.mtl\n" + triangle +
-                     "usemtl deep red\nf 1 2 3\nusemtl masked  \nf 1 2 3\nusemtl glass\nf 1 2 3\n"
-                     "usemtl odd\nf 1 2 3\nusemtl deep red\nf 3 2 1\n"));
+    folder.write("b.mtl", "newmtl masked\r\nKd 0.25\r\nmap_Kd -s 1 1 1 -clamp on -o 0.1 sub\\my wood 1.png\r\n"
+                          "map_d mask.png\r\nnewmtl glass\r\nd 0.5\r\nillum 7\r\nnewmtl odd\nTr 0.25\nKd 2 -1 0.5");
+    const Scene<float> scene =
+        load_obj(folder.write("a.obj", "mtllib my colours.mtl\nmtllib absent.mtl b.mtl\n" + triangle +
+                                           "usemtl deep red\nf 1 2 3\nusemtl masked  \nf 1 2 3\nusemtl glass\nf 1 2 3\n"
+                                           "usemtl odd\nf 1 2 3\nusemtl deep red\nf 3 2 1\n"));
     REQUIRE(scene.materials.size() == 4);
     CHECK(scene.triangle_materials == std::vector<std::uint32_t>{0, 1, 2, 3, 0});
     CHECK(scene.materials[0].base_color == Vec3f(0.5f, 0, 0));
@@ -126,7 +125,8 @@ TEST_CASE("OBJ: a file read in pieces is the text as a whole, lines longer than 
     const TemporaryFolder folder;
     std::string text = "# " + std::string(detail::ObjLines::piece + 7, 'x') + "\r\n";
     for (int i = 0; i < 40000; ++i)
-        text += "v " + std::to_string(i) + ".25 " + std::to_string(i % 7) + " 1\n" + (i % 3 == 2 ? "f -1 \\\n-2 -3\n" : "");
+        text +=
+            "v " + std::to_string(i) + ".25 " + std::to_string(i % 7) + " 1\n" + (i % 3 == 2 ? "f -1 \\\n-2 -3\n" : "");
     text += "f" + std::string(3 * detail::ObjLines::piece, ' ');
     for (int i = 1; i <= 40000; ++i) text += " " + std::to_string(i);
     for (const char* end : {"", "\n", "\r\n", "\nf 1 2 3"}) {
@@ -162,8 +162,7 @@ TEST_CASE("scenes far from the origin keep their bits") {
         {1000000.001, 5, -2000000.002}, {1000001.003, 5, -2000000.002}, {1000000.001, 6.0004, -2000001}};
     for (std::size_t i = 0; i < 3; ++i)
         CHECK(max_component(abs(Vec3d(far.positions[i]) + far.origin - expected[i])) < 1e-6);
-    const Scene<float> near =
-        load_obj(folder.write("b.obj", "v 0 0 0\nv 556 0 0\nv 0 548.8 559.2\nf 1 2 3\n"));
+    const Scene<float> near = load_obj(folder.write("b.obj", "v 0 0 0\nv 556 0 0\nv 0 548.8 559.2\nf 1 2 3\n"));
     CHECK(near.origin == Vec3d(0));
     const Scene<double> exact = load_obj<double>(folder.file("a.obj"));
     CHECK(max_component(abs(exact.positions[1] + exact.origin - expected[1])) < 1e-9);

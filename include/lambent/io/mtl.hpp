@@ -38,9 +38,9 @@ struct MtlMaterial {
     std::optional<int> illumination;                  ///< illum, 0 to 10
 
     // Extension for physically based shading: http://exocortex.com/blog/extending_wavefront_mtl_to_support_pbr
-    std::optional<float> roughness, metallic, sheen;                   ///< Pr, Pm, Ps
-    std::optional<float> clearcoat, clearcoat_roughness;               ///< Pc, Pcr
-    std::optional<float> anisotropy, anisotropy_rotation;              ///< aniso, anisor
+    std::optional<float> roughness, metallic, sheen;      ///< Pr, Pm, Ps
+    std::optional<float> clearcoat, clearcoat_roughness;  ///< Pc, Pcr
+    std::optional<float> anisotropy, anisotropy_rotation; ///< aniso, anisor
 
     MtlMap diffuse_map, specular_map, shininess_map, emission_map, opacity_map; ///< map_Kd, _Ks, _Ns, _Ke, _d
     MtlMap bump_map, normal_map;                                                ///< map_bump or bump; norm
@@ -56,9 +56,7 @@ public:
 
     void parse(ObjLines lines) {
         while (lines.next()) parse_line(lines);
-        const auto note = [&](const Counted& counted, const char* what) {
-            counted.note(lines.name(), what, *notes_);
-        };
+        const auto note = [&](const Counted& counted, const char* what) { counted.note(lines.name(), what, *notes_); };
         note(unknown_, "lines begin with an unknown word and were skipped");
         note(options_, "texture options have wrong values and were skipped");
         note(orphans_, "lines before any newmtl were skipped");
@@ -144,7 +142,8 @@ private:
             {"map_Bump", &MtlMaterial::bump_map},    {"bump", &MtlMaterial::bump_map},
             {"norm", &MtlMaterial::normal_map},      {"map_Pr", &MtlMaterial::roughness_map},
             {"map_Pm", &MtlMaterial::metallic_map}};
-        const auto found = std::find_if(std::begin(known), std::end(known), [&](const Known& k) { return k.key == key; });
+        const auto found =
+            std::find_if(std::begin(known), std::end(known), [&](const Known& k) { return k.key == key; });
         if (found == std::end(known)) return false;
         current_->*(found->map) = parse_map(lines, words);
         return true;
@@ -152,9 +151,9 @@ private:
 
     /// Statements that say nothing which we could show.
     static bool ignored(std::string_view key) {
-        static constexpr std::string_view known[] = {"map_Ka",   "map_Ps", "map_Pc", "map_Pcr", "map_aniso", "map_anisor",
-                                                     "disp",     "decal",  "refl",   "Km",      "Kt",        "sharpness",
-                                                     "map_refl", "map_aat", "map_Disp", "map_disp"};
+        static constexpr std::string_view known[] = {
+            "map_Ka", "map_Ps", "map_Pc", "map_Pcr",   "map_aniso", "map_anisor", "disp",     "decal",
+            "refl",   "Km",     "Kt",     "sharpness", "map_refl",  "map_aat",    "map_Disp", "map_disp"};
         return std::find(std::begin(known), std::end(known), key) != std::end(known);
     }
 
@@ -181,12 +180,12 @@ private:
         for (int k = 0; k < most_behind && at > 0 && (at = name.rfind(" -", at - 1)) != name.npos; ++k) {
             ObjWords behind(lines, name.substr(at));
             MtlMap with = map;
-            while (parse_option(behind, with) == Option::right) {}
+            while (parse_option(behind, with) == Option::right) continue;
             if (behind.done()) end = at;
         }
         if (end < name.size()) {
             ObjWords behind(lines, name.substr(end));
-            while (parse_option(behind, map) == Option::right) {}
+            while (parse_option(behind, map) == Option::right) continue;
             name = name.substr(0, end);
         }
         map.file = name.substr(0, name.find_last_not_of(" \t") + 1);

@@ -10,15 +10,15 @@ namespace detail {
 
 /// A surface in the parameters of glTF's metallic-roughness material and its extensions. Colours are linear.
 struct MtlSurface {
-    Vec3f base_color{0.8f};        ///< in [0, 1]
-    Vec3f emission{0};             ///< radiance, >= 0
-    float alpha = 1;               ///< coverage in [0, 1]: below 1 what lies behind shows between
-    float metallic = 0;            ///< in [0, 1]
-    float roughness = 1;           ///< in [0, 1]; the microfacets' width is its square
-    float ior = 1.5f;              ///< >= 1
-    float specular = 0;            ///< in [0, 1], the highlight's strength: reflectance at grazing angles
-    Vec3f specular_color{1};       ///< reflectance at normal incidence over the one of `ior`
-    float transmission = 0;        ///< 1: glass, tinted by base_color
+    Vec3f base_color{0.8f};  ///< in [0, 1]
+    Vec3f emission{0};       ///< radiance, >= 0
+    float alpha = 1;         ///< coverage in [0, 1]: below 1 what lies behind shows between
+    float metallic = 0;      ///< in [0, 1]
+    float roughness = 1;     ///< in [0, 1]; the microfacets' width is its square
+    float ior = 1.5f;        ///< >= 1
+    float specular = 0;      ///< in [0, 1], the highlight's strength: reflectance at grazing angles
+    Vec3f specular_color{1}; ///< reflectance at normal incidence over the one of `ior`
+    float transmission = 0;  ///< 1: glass, tinted by base_color
     float clearcoat = 0, clearcoat_roughness = 0;
     Vec3f sheen_color{0};
     float sheen_roughness = 0.5f;
@@ -27,25 +27,23 @@ struct MtlSurface {
 /// A Phong exponent as the roughness of a microfacet distribution with a highlight as wide: α² = 2 / (Ns + 2), and
 /// α = roughness².
 /// source  Walter, Marschner, Li, Torrance, Microfacet models for refraction, EGSR 2007, §5.2
-inline float roughness_of_exponent(float shininess) {
-    return std::pow(2 / (std::max(shininess, 0.0f) + 2), 0.25f);
-}
+inline float roughness_of_exponent(float shininess) { return std::pow(2 / (std::max(shininess, 0.0f) + 2), 0.25f); }
 
 /// The surface that a material of an MTL file means, without its textures.
 ///
 /// illum 0-2, 10  Lambert with Kd. Model 2, or no illum, with Ks > 0 adds a dielectric highlight of reflectance
 ///                F0 = 0.08 Ks, as wide as Ns says. Ks is no reflectance: in the format's formula Ks cos^Ns carries
-///                2 Ks / (Ns + 1) of the light, 0.18 to 0.02 for the usual exponents of 10 to 100; and Blender, whose
-///                files are most, writes its `specular` there, which stands for 0.08 of itself. Ni is not looked at:
-///                many files say 1.
+///                2 Ks / (Ns + 1) of the light, 0.18 to 0.02 for the usual exponents of 10 to 100; and Blender's
+///                exporter writes its `specular` there, which stands for 0.08 of itself. Ni is not looked at: many files
+///                say 1.
 /// illum 3, 5, 8  a mirror of reflectance Ks over Lambert with Kd: a metal of colour Kd + Ks, at most 1, to the part
 ///                that Ks has in the sum (luminances). Rough by Ns, if that is given; a sharp mirror else.
 /// illum 4, 6, 7, 9  clear glass of index Ni (1.5 when absent or below 1), tinted by Tf (colourless when absent). Kd,
 ///                Ks, Ns and d are not looked at.
 /// d or Tr        coverage, but for glass
 /// Ke             radiance
-/// Pr Pm          a metallic-roughness surface of Kd, in place of what an illum without glass makes of Ks and Ns, with index Ni
-///                where that is above 1, else 1.5; over glass, Pr is its roughness
+/// Pr Pm          a metallic-roughness surface of Kd, in place of what an illum without glass makes of Ks and Ns, with
+///                index Ni where that is above 1, else 1.5; of glass, Pr is the roughness
 /// Ps Pc Pcr      sheen (white), coat and its roughness; they add to any of the above
 /// ignored        Ka (there is no ambient light), Kt, Km, sharpness, aniso, anisor, illum's shadow and ray tracing
 ///                switches (all surfaces cast shadows and reflect what there is)

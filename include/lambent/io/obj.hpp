@@ -87,9 +87,9 @@ private:
     /// Statements of the format that say nothing about a surface's triangles.
     static bool ignored(std::string_view key) {
         static constexpr std::string_view known[] = {
-            "g",    "o",       "mg",    "vp",     "deg",   "bmat",     "step",       "cstype",     "parm",
-            "trim", "hole",    "scrv",  "sp",     "end",   "con",      "bevel",      "c_interp",   "d_interp",
-            "lod",  "maplib",  "usemap", "call",  "csh",   "shadow_obj", "trace_obj", "ctech",     "stech"};
+            "g",    "o",      "mg",     "vp",   "deg", "bmat",       "step",      "cstype",   "parm",
+            "trim", "hole",   "scrv",   "sp",   "end", "con",        "bevel",     "c_interp", "d_interp",
+            "lod",  "maplib", "usemap", "call", "csh", "shadow_obj", "trace_obj", "ctech",    "stech"};
         return std::find(std::begin(known), std::end(known), key) != std::end(known);
     }
 
@@ -117,7 +117,8 @@ private:
     /// `none` when it is out of range
     std::uint32_t parse_index(const ObjLines& lines, ObjWords& words, std::size_t size, const ObjWords& corner) const {
         std::int64_t index = 0;
-        if (!words.take_integer(index)) refuse_corner(lines, corner, "is not v, v/vt, v//vn or v/vt/vn in whole numbers");
+        if (!words.take_integer(index))
+            refuse_corner(lines, corner, "is not v, v/vt, v//vn or v/vt/vn in whole numbers");
         const std::int64_t at = index < 0 ? std::int64_t(size) + index : index - 1;
         return index == 0 || at < 0 || at >= std::int64_t(size) ? none : std::uint32_t(at);
     }
@@ -243,8 +244,7 @@ private:
         if (!vertex_colors_.empty()) {
             vertex_colors_.resize(v_.size(), Vec3f(1));
             scene_.colors.reserve(count);
-            for (std::uint32_t i = 0; i < count; ++i)
-                scene_.colors.push_back(Vec4f(vertex_colors_[vertices_[i].v], 1));
+            for (std::uint32_t i = 0; i < count; ++i) scene_.colors.push_back(Vec4f(vertex_colors_[vertices_[i].v], 1));
         }
         v_ = {};
         if (!has_texcoords_) return;

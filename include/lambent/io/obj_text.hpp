@@ -215,8 +215,8 @@ private:
 /// Something that a file does wrong, counted so that a million times make one note.
 struct Counted {
     std::size_t count = 0;
-    std::size_t line = 0;  ///< of the first one
-    std::string first{};   ///< what it was, if that tells something
+    std::size_t line = 0; ///< of the first one
+    std::string first{};  ///< what it was, if that tells something
 
     void add(const ObjLines& lines, std::string_view what = {}) {
         if (count++ > 0) return;

@@ -21,7 +21,7 @@ public:
     static constexpr std::uint32_t none = 0xffffffffu;
     static constexpr int chained = 16;
 
-    /// A corner takes its normal from the faces of its smoothing group instead of a vn: this bit, and the group's number.
+    /// A corner's normal comes from the faces of its smoothing group instead of a vn: this bit, and the group's number.
     static constexpr std::uint32_t smooth = 0x80000000u;
     static constexpr std::uint32_t most_groups = 0x7ffffffeu; ///< so that no group looks like `none`
 

@@ -67,7 +67,8 @@ private:
         int turns = 0;
         double last = 0, first = 0;
         for (std::size_t i = 0; i < n; ++i) {
-            const Vec2d &a = points_[i], &b = points_[i + 1 < n ? i + 1 : 0], &c = points_[i + 2 < n ? i + 2 : i + 2 - n];
+            const Vec2d &a = points_[i], &b = points_[i + 1 < n ? i + 1 : 0],
+                        &c = points_[i + 2 < n ? i + 2 : i + 2 - n];
             if (turn(a, b, c) < 0) return false;
             const double dx = b.x - a.x;
             if (dx == 0) continue;
@@ -78,9 +79,7 @@ private:
         return turns + (last * first < 0 ? 1 : 0) <= 2;
     }
 
-    bool reflex(std::size_t i) const {
-        return !(turn(points_[before_[i]], points_[i], points_[after_[i]]) > 0);
-    }
+    bool reflex(std::size_t i) const { return !(turn(points_[before_[i]], points_[i], points_[after_[i]]) > 0); }
 
     /// Convex, and no reflex corner lies in the triangle that it cuts off.
     bool is_ear(std::size_t i) const {
