@@ -137,6 +137,16 @@ TEST_CASE("OBJ: a file read in pieces is the text as a whole, lines longer than 
     }
 }
 
+TEST_CASE("OBJ: lines that end about the end of a piece") {
+    const TemporaryFolder folder;
+    for (std::size_t size = detail::ObjLines::piece - 3; size <= detail::ObjLines::piece + 3; ++size)
+        for (const char* end : {"\n", "\r\n"}) {
+            CAPTURE(size);
+            const std::string text = "#" + std::string(size - 1, 'x') + end + triangle + "f 1 2 3";
+            CHECK(load_obj(folder.write("a.obj", text)).triangles.size() == 1);
+        }
+}
+
 TEST_CASE("OBJ: corners of skipped faces make no vertices") {
     const Scene<float> scene = parse_obj(triangle + "v 1e6 0 0\nf 1 2\nf 4\nf 1 2 3\n", "a.obj");
     CHECK(scene.positions.size() == 3);
