@@ -21,15 +21,18 @@ inline std::string root_of(const std::string& path, const LoadOptions& options) 
     return folder.empty() ? "." : folder;
 }
 
-/// throws lambent::Error, beginning with `where`, when `file` lies outside of folder `root`, links followed
-inline void check_inside(const std::string& root, const std::string& file, const std::string& where) {
+/// Whether `file` lies in folder `root` or below, links followed.
+inline bool is_inside(const std::string& root, const std::string& file) {
     std::error_code error;
     const std::filesystem::path top = std::filesystem::weakly_canonical(root, error);
     const std::filesystem::path real = error ? top : std::filesystem::weakly_canonical(file, error);
-    require(!error, [&] { return where + ": " + file + ": " + error.message(); });
-    const bool inside = std::mismatch(top.begin(), top.end(), real.begin(), real.end()).first == top.end();
-    require(inside, [&] { return where + ": " + file + " is outside of the folder " + top.string() +
-                             "; a wider LoadOptions::root (--scene-root) allows it"; });
+    return !error && std::mismatch(top.begin(), top.end(), real.begin(), real.end()).first == top.end();
+}
+
+/// throws lambent::Error, beginning with `where`, when it does not
+inline void check_inside(const std::string& root, const std::string& file, const std::string& where) {
+    require(is_inside(root, file), [&] { return where + ": " + file + " is outside of the folder " + root +
+                                                  "; a wider LoadOptions::root (--scene-root) allows it"; });
 }
 
 /// A URI's text with its %xx escapes replaced.
