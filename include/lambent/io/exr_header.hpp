@@ -4,8 +4,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace lambent {
@@ -81,7 +83,36 @@ inline std::vector<ExrHeader::Channel> exr_channels(ExrBytes in) {
         require(x > 0 && y > 0, [&] { return "channel '" + std::string(name) + "' has a sampling rate of 0"; });
         channels.push_back({std::string(name), type == 1 ? 2u : 4u, x == 1 && y == 1});
     }
+    require(in.left() == 0, "bytes follow its list of channels");
     return channels;
+}
+
+/// The sizes of OpenEXR's own types of attributes, which it reads whatever size the file states.
+struct ExrTypeSize {
+    std::string_view type;
+    std::uint32_t bytes;
+};
+inline constexpr ExrTypeSize exr_type_sizes[] = {
+    {"box2f", 16}, {"box2i", 16}, {"chromaticities", 32}, {"compression", 1}, {"deepImageState", 1}, {"double", 8},
+    {"envmap", 1}, {"float", 4},  {"int", 4},             {"keycode", 28},    {"lineOrder", 1},      {"m33d", 72},
+    {"m33f", 36},  {"m44d", 128}, {"m44f", 64},           {"rational", 8},    {"tiledesc", 9},       {"timecode", 8},
+    {"v2d", 16},   {"v2f", 8},    {"v2i", 8},             {"v3d", 24},        {"v3f", 12},           {"v3i", 12}};
+
+/// Fails where an attribute's bytes are not those that OpenEXR will read: it would take what follows for the header.
+inline void check_exr_attribute(std::string_view name, std::string_view type, std::string_view value) {
+    bool good = true;
+    for (const ExrTypeSize& known : exr_type_sizes)
+        if (type == known.type) good = value.size() == known.bytes;
+    if (type == "chlist") exr_channels(ExrBytes(value));
+    if (type == "preview") {
+        ExrBytes preview(value);
+        const std::uint64_t width = preview.u32(), height = preview.u32();
+        good = (height == 0 || width < (std::uint64_t(1) << 32) / height) && preview.left() == 4 * width * height;
+    }
+    require(good, [&] {
+        return "header attribute '" + std::string(name) + "' has " + std::to_string(value.size()) +
+               " bytes, which is wrong for its type '" + std::string(type) + "'";
+    });
 }
 
 /// One part's attributes, up to the empty name behind them. `empty` says that there were none: the list of parts ends.
@@ -97,6 +128,7 @@ inline ExrHeader exr_part_header(ExrBytes& in, bool& empty) {
                    std::to_string(in.left()) + " are left";
         });
         const std::string_view value = in.take(size);
+        check_exr_attribute(name, type, value);
         if (name == "channels" && type == "chlist") header.channels = exr_channels(ExrBytes(value));
         if (name == "dataWindow" && type == "box2i") header.data = exr_box(ExrBytes(value));
         if (name == "displayWindow" && type == "box2i") header.display = exr_box(ExrBytes(value));
