@@ -57,7 +57,7 @@ TEST_CASE("every shared scene loads with its triangles, bounds and materials") {
 
 TEST_CASE("shared scenes hold what their pictures need") {
     if (!std::filesystem::exists(scenes + "facts.json")) return skip("shared scenes: no facts.json");
-    const std::size_t with_images = can_read_images ? 1 : 0;
+    const std::size_t with_images = can_read_images() ? 1 : 0;
 
     const Scene<float> sponza = load_scene(scenes + "sponza_crytek/sponza.glb");
     CHECK(sponza.images.size() == 24 * with_images);

@@ -18,12 +18,16 @@ struct CloseFile {
 };
 using OpenFile = std::unique_ptr<std::FILE, CloseFile>;
 
-/// Size in bytes of a regular file.
-/// throws lambent::Error when there is none: folders, pipes and devices can't be loaded
+/// Size in bytes of a regular file, through symbolic links.
+/// throws lambent::Error when there is none: folders, pipes, sockets and devices can't be loaded, and are not opened,
+///         which might wait for ever
 inline std::uint64_t file_size(const std::string& path) {
+    require(path.find('\0') == path.npos,
+            [&] { return path.substr(0, path.find('\0')) + "…: a file's name cannot hold a zero byte"; });
     std::error_code error;
     const auto status = std::filesystem::status(path, error);
-    require(std::filesystem::exists(status), [&] { return path + ": no such file"; });
+    require(status.type() != std::filesystem::file_type::not_found, [&] { return path + ": no such file"; });
+    require(!error, [&] { return path + ": " + error.message(); });
     require(std::filesystem::is_regular_file(status), [&] { return path + ": not a regular file"; });
     const std::uint64_t size = std::filesystem::file_size(path, error);
     require(!error, [&] { return path + ": " + error.message(); });
@@ -105,6 +109,18 @@ private:
     std::string path_, temporary_;
     bool committed_ = false;
 };
+
+/// Writes a file, which appears whole or not at all.
+/// throws lambent::Error when it can't be written
+inline void write_file(const std::string& path, std::string_view bytes) {
+    PendingFile pending(path);
+    OpenFile file(std::fopen(pending.name().c_str(), "wb"));
+    require(file != nullptr, [&] { return path + ": cannot be opened for writing"; });
+    const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
+    const bool closed = std::fclose(file.release()) == 0;
+    require(written && closed, [&] { return path + ": cannot be written; is the disk full?"; });
+    pending.commit();
+}
 
 } // namespace detail
 } // namespace LAMBENT_ABI
