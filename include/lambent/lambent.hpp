@@ -68,9 +68,13 @@
 #include <lambent/light/punctual_light.hpp>
 #include <lambent/light/sphere_light.hpp>
 #include <lambent/light/triangle_light.hpp>
+#include <lambent/material/albedo_table.hpp>
 #include <lambent/material/bsdf.hpp>
+#include <lambent/material/charlie.hpp>
+#include <lambent/material/delta.hpp>
 #include <lambent/material/fresnel.hpp>
 #include <lambent/material/ggx.hpp>
+#include <lambent/material/ggx_albedo.hpp>
 #include <lambent/material/lambert.hpp>
 #include <lambent/material/standard.hpp>
 #include <lambent/render/ambient_occlusion.hpp>

@@ -5,19 +5,25 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
+/// (1 - cosine)⁵, the weight of Schlick's f90.
+template <class T>
+T schlick_weight(T cosine) {
+    const T m = glm::max(T(0), 1 - cosine), m2 = m * m;
+    return m2 * m2 * m;
+}
+
 /// Schlick's reflectance at a cosine in [0, 1], from f0 at normal incidence to f90 at grazing angles.
 /// source  Schlick, Computer Graphics Forum 13:3 (1994); with f90 as in glTF 2.0, appendix B
 template <class T>
 Vec3<T> schlick(const Vec3<T>& f0, T f90, T cosine) {
-    const T m = glm::max(T(0), 1 - cosine), m2 = m * m;
-    return f0 + (Vec3<T>(f90) - f0) * (m2 * m2 * m);
+    return f0 + (Vec3<T>(f90) - f0) * schlick_weight(cosine);
 }
 
 /// Reflectance of unpolarised light at a smooth boundary, at a cosine in [0, 1] on the side that it comes from; `eta` is
 /// the index of the other side over that of this one. 1 in total reflection. `cos_other` gets the refracted ray's cosine.
 template <class T>
 T dielectric_reflectance(T cosine, T eta, T& cos_other) {
-    const T sin2 = glm::max(T(0), 1 - cosine * cosine) / (eta * eta);
+    const T sin2 = glm::max(T(0), (1 - cosine) * (1 + cosine)) / (eta * eta);
     cos_other = 0;
     if (sin2 >= 1) return 1;
     cos_other = std::sqrt(1 - sin2);

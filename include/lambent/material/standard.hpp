@@ -2,10 +2,12 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/material/bsdf.hpp>
+#include <lambent/material/charlie.hpp>
+#include <lambent/material/delta.hpp>
 #include <lambent/material/fresnel.hpp>
 #include <lambent/material/ggx.hpp>
+#include <lambent/material/ggx_albedo.hpp>
 #include <lambent/sampling/warp.hpp>
-#include <algorithm>
 #include <cmath>
 
 namespace lambent {
@@ -23,10 +25,17 @@ struct StandardPoint {
     T transmission = 0;        ///< share of the light that enters and goes through instead of being scattered back
     bool thin = true;          ///< a sheet that does not refract; else the boundary of a volume
     bool front = true;         ///< seen from the front, outside of the volume
-    T clearcoat = 0, clearcoat_roughness = 0;
+    T clearcoat = 0, clearcoat_roughness = 0; ///< in [0, 1]
+    Vec3<T> sheen_color{0};    ///< in [0, 1]; 0 = none
+    T sheen_roughness = 0;     ///< in [0, 1]
+    /// Adds what facets would pass on from one to another, and lets no more be scattered than facets leave over: white
+    /// metals, plastics and sheets then give back all that they get at any roughness. glTF itself does neither.
+    bool compensated = false;
 
-    /// Whether nothing but diffuse reflection is left.
-    bool diffuse() const { return metallic <= 0 && specular <= 0 && transmission <= 0 && clearcoat <= 0; }
+    /// Whether nothing but diffuse reflection is left: then Lambert of `base_color` is the same.
+    bool diffuse() const {
+        return metallic <= 0 && specular <= 0 && transmission <= 0 && clearcoat <= 0 && is_black(sheen_color);
+    }
 
     /// Roughly what share of the light it gives back or lets through, seen at this cosine: the reflectance that denoisers
     /// divide by.
@@ -34,236 +43,281 @@ struct StandardPoint {
         if (diffuse()) return base_color;
         const Vec3<T> f0 = min(Vec3<T>(dielectric_f0(ior)) * specular_color, Vec3<T>(1)) * specular;
         const Vec3<T> f = schlick(f0, specular, cosine);
-        return min(metallic * schlick(base_color, T(1), cosine) + (1 - metallic) * (f + base_color * (1 - max_component(f))),
-                   Vec3<T>(1));
+        Vec3<T> result = metallic * schlick(base_color, T(1), cosine) + (1 - metallic) * (f + base_color * (1 - max_component(f)));
+        if (!is_black(sheen_color)) {
+            const T sheen = T(charlie_albedo(float(cosine), float(sheen_roughness)));
+            result = result * (1 - max_component(sheen_color) * sheen) + sheen_color * sheen;
+        }
+        return min(result, Vec3<T>(1));
     }
 };
 
 /// The glTF 2.0 material: metal and dielectric mixed by `metallic`; the dielectric reflects by Fresnel, and scatters back
-/// or lets through what is left; a clear coat on top. Microfacets scatter once, as glTF has it, so rough white metals lose
-/// light. Lobes: diffuse, reflection, glass (both of its sides, chosen by Fresnel once the facet is known), coat; `sample`
-/// chooses one by how much it gives of wo, and eval and pdf are of their sum. Lobes of roughness below a hundredth are exact
-/// mirrors, and so is the passage into a volume that does not refract.
-/// source  glTF 2.0, appendix B; KHR_materials_specular, _ior, _transmission, _volume, _clearcoat; rough refraction by
-///         Walter et al., EGSR 2007
+/// or lets through what is left; sheen over that, a clear coat on top. As glTF's, facets scatter light once, so that rough
+/// white metals lose some, and white plastic gives back more than it gets at grazing angles, since Fresnel's share is taken
+/// off what is scattered by the half vector and not by the view: `compensated` mends both. Reciprocal but for the coat,
+/// whose share goes by the view, for compensation, and for refraction, which scales radiance.
+/// Lobes: diffuse, reflection, glass (both of its sides, chosen by Fresnel once the facet is known), sheen, coat; `sample`
+/// chooses one by how much it gives of wo; f and pdf are of their sum. Lobes of roughness below a hundredth (see
+/// Ggx::smallest_alpha) are exact mirrors, and so is the passage into a volume that hardly refracts.
+/// source  glTF 2.0, appendix B; KHR_materials_specular, _ior, _transmission, _volume, _sheen, _clearcoat; rough refraction
+///         by Walter et al., EGSR 2007; compensation by Turquin, Practical multiple scattering compensation for microfacet
+///         models (2019)
 template <class T>
 class StandardBsdf {
 public:
     using Scalar = T;
 
     explicit StandardBsdf(const StandardPoint<T>& p)
-        : p_(p), facets_{glm::max(p.roughness * p.roughness, Ggx<T>::smallest_alpha)},
-          coat_{glm::max(p.clearcoat_roughness * p.clearcoat_roughness, Ggx<T>::smallest_alpha)},
-          smooth_(p.roughness * p.roughness < Ggx<T>::smallest_alpha),
-          smooth_coat_(p.clearcoat_roughness * p.clearcoat_roughness < Ggx<T>::smallest_alpha),
-          eta_(p.thin ? T(1) : p.front ? p.ior : 1 / p.ior), straight_(!p.thin && glm::abs(p.ior - 1) < T(1e-3)),
-          f0_(min(Vec3<T>(dielectric_f0(p.ior)) * p.specular_color, Vec3<T>(1)) * p.specular) {}
+        : p_(p), facets_{alpha_of(p.roughness)}, coat_{alpha_of(p.clearcoat_roughness)},
+          sheen_{glm::max(p.sheen_roughness, Charlie<T>::smallest_roughness)}, smooth_(is_smooth(p.roughness)),
+          smooth_coat_(is_smooth(p.clearcoat_roughness)), straight_(!p.thin && glm::abs(p.ior - 1) < T(1e-3)),
+          eta_(p.thin ? T(1) : p.front ? p.ior : 1 / p.ior),
+          f0_(min(Vec3<T>(dielectric_f0(p.ior)) * p.specular_color, Vec3<T>(1)) * p.specular), f0_max_(max_component(f0_)),
+          base_max_(max_component(p.base_color)), sheen_max_(max_component(p.sheen_color)),
+          opaque_((1 - p.metallic) * (1 - p.transmission)), glass_((1 - p.metallic) * p.transmission) {}
 
     /// Whether light samples can never contribute.
     bool only_delta() const {
-        const bool clear = p_.transmission >= 1 && p_.metallic <= 0;
-        return (smooth_ ? p_.metallic >= 1 || p_.transmission >= 1 : clear && straight_) && (smooth_coat_ || p_.clearcoat <= 0);
+        if (opaque_ > 0 || sheen_max_ > 0 || (p_.clearcoat > 0 && !smooth_coat_)) return false;
+        return smooth_ || (straight_ && p_.metallic <= 0);
     }
-    bool transmits() const { return p_.transmission > 0 && p_.metallic < 1; }
+    bool transmits() const { return glass_ > 0; }
 
-    Vec3<T> eval(const Vec3<T>& wo, const Vec3<T>& wi) const {
-        if (!(wo.z > 0) || wi.z == 0) return Vec3<T>(0);
-        return wi.z > 0 ? reflected(wo, wi) : transmitted(wo, wi);
+    BsdfValue<T> evaluate(const Vec3<T>& wo, const Vec3<T>& wi) const {
+        return wo.z > 0 ? evaluate(View(*this, wo), wo, wi) : BsdfValue<T>();
     }
-
-    T pdf(const Vec3<T>& wo, const Vec3<T>& wi) const {
-        if (!(wo.z > 0) || wi.z == 0) return 0;
-        const Chances chance = chances(wo);
-        if (wi.z < 0) return chance.glass > 0 && !sharp() ? chance.glass * transmission_pdf(wo, wi) : T(0);
-        T sum = chance.diffuse * wi.z * inv_pi<T>;
-        const Vec3<T> m = normalize(wo + wi);
-        if (chance.reflection > 0 && !smooth_) sum += chance.reflection * facets_.bounded_pdf(wo, m);
-        if (chance.glass > 0 && !sharp())
-            sum += chance.glass * facets_.visible_pdf(wo, m) / (4 * dot(wo, m)) * mirrored_share(dot(wo, m));
-        if (chance.coat > 0 && !smooth_coat_) sum += chance.coat * coat_.bounded_pdf(wo, m);
-        return sum;
-    }
+    Vec3<T> eval(const Vec3<T>& wo, const Vec3<T>& wi) const { return evaluate(wo, wi).f; }
+    T pdf(const Vec3<T>& wo, const Vec3<T>& wi) const { return evaluate(wo, wi).pdf; }
 
     BsdfSample<T> sample(const Vec3<T>& wo, T pick, const Vec2<T>& u) const {
         if (!(wo.z > 0)) return {};
-        const Chances chance = chances(wo);
-        if (pick < chance.coat)
-            return smooth_coat_ ? mirror(wo, Vec3<T>(coat_share(wo)), chance.coat)
-                                : finish(wo, reflect(wo, coat_.sample_bounded(wo, u)), T(1));
-        pick -= chance.coat;
-        if (pick < chance.reflection)
-            return smooth_ ? mirror(wo, under_coat(wo) * opaque_reflectance(wo.z), chance.reflection)
-                           : finish(wo, reflect(wo, facets_.sample_bounded(wo, u)), T(1));
-        pick -= chance.reflection;
-        if (pick < chance.glass) return sample_glass(wo, chance.glass, pick / chance.glass, u);
-        if (!(chance.diffuse > 0)) return {};
-        return finish(wo, square_to_cosine_hemisphere(u), T(1));
+        const View view(*this, wo);
+        if (pick < view.diffuse) return finish(view, wo, square_to_cosine_hemisphere(u), 1, T(1));
+        pick -= view.diffuse;
+        if (pick < view.reflection)
+            return smooth_ ? mirror(wo, opaque_reflectance(schlick_weight(wo.z)) * view.base, view.reflection)
+                           : finish(view, wo, mirrored(wo, facets_.sample_bounded(wo, u)), 1, T(1));
+        pick -= view.reflection;
+        if (pick < view.glass) return sample_glass(view, wo, pick / view.glass, u);
+        pick -= view.glass;
+        if (pick < view.coat)
+            return smooth_coat_ ? mirror(wo, Vec3<T>(view.coat_share), view.coat)
+                                : finish(view, wo, mirrored(wo, coat_.sample_bounded(wo, u)), 1, T(1));
+        pick -= view.coat;
+        return pick < view.sheen ? finish(view, wo, square_to_uniform_hemisphere(u), 1, T(1)) : BsdfSample<T>();
     }
 
 private:
-    struct Chances {
-        T diffuse = 0, reflection = 0, glass = 0, coat = 0;
+    /// What depends on wo alone. Chances of lobes by what each is likely to give; together 1, or all 0. A lobe that gives
+    /// anything anywhere has a chance.
+    struct View {
+        T diffuse = 0, reflection = 0, glass = 0, coat = 0, sheen = 0;
+        T stretched = 0, bounded = 0; ///< of the facets: Ggx::stretched, Ggx::bounded_factor
+        T miss = 0;                   ///< compensation: light that the facets lose over what they reflect
+        T left = 1;                   ///< compensation: what the dielectric's facets leave to be scattered
+        T coat_share = 0;
+        T base = 1;                   ///< what coat and sheen let through to and from what is below, mirror-wise
+        T sheen_albedo = 0, sheen_lambda = 0;
+
+        View(const StandardBsdf& b, const Vec3<T>& wo) {
+            const StandardPoint<T>& p = b.p_;
+            T below = 1;
+            if (p.clearcoat > 0) {
+                coat = coat_share = p.clearcoat * (T(0.04) + T(0.96) * schlick_weight(wo.z));
+                below -= coat_share;
+            }
+            if (b.sheen_max_ > 0) {
+                sheen_lambda = b.sheen_.lambda(wo.z);
+                sheen_albedo = T(charlie_albedo(float(wo.z), float(p.sheen_roughness)));
+                sheen = below * glm::max(b.sheen_max_ * sheen_albedo, T(0.02));
+                base = below * (1 - b.sheen_max_ * sheen_albedo);
+            } else {
+                base = below;
+            }
+            const bool reflects = p.metallic > 0 || b.opaque_ * p.specular > 0;
+            if (!b.smooth_ && (reflects || b.glass_ > 0)) {
+                stretched = b.facets_.stretched(wo);
+                bounded = b.facets_.bounded_factor(wo, stretched);
+            }
+            if (p.compensated) {
+                const Vec2f albedo = b.smooth_ ? Vec2f(1 - schlick_weight(float(wo.z)), schlick_weight(float(wo.z)))
+                                               : ggx_albedo(float(wo.z), float(p.roughness));
+                const T all = T(albedo.x) + T(albedo.y);
+                miss = glm::max(T(0), 1 - all) / all;
+                left = glm::max(T(0), 1 - (b.f0_max_ * T(albedo.x) + p.specular * T(albedo.y)) * (1 + b.f0_max_ * miss));
+            }
+            // Facets stand otherwise than their mean: rough ones are seen less grazingly.
+            const T weight = b.smooth_ ? schlick_weight(wo.z) : schlick_weight(wo.z + b.facets_.alpha * (T(0.6) - wo.z));
+            if (reflects) {
+                reflection = base * max_component(b.opaque_reflectance(weight));
+                if (!b.smooth_) reflection = glm::max(reflection, T(0.02) * base);
+            }
+            if (b.opaque_ > 0) diffuse = base * b.opaque_ * b.base_max_ * (1 - b.f0_max_ - (p.specular - b.f0_max_) / 21);
+            if (b.glass_ > 0) {
+                const T mirror = max_component(b.boundary(wo.z));
+                glass = base * b.glass_ * glm::max(mirror + b.base_max_ * (1 - mirror), T(0.05));
+            }
+            const T sum = diffuse + reflection + glass + coat + sheen;
+            const T scale = sum > 0 ? 1 / sum : T(0);
+            diffuse *= scale;
+            reflection *= scale;
+            glass *= scale;
+            coat *= scale;
+            sheen *= scale;
+        }
     };
 
-    static Vec3<T> reflect(const Vec3<T>& wo, const Vec3<T>& m) { return 2 * dot(wo, m) * m - wo; }
+    static T alpha_of(T roughness) { return glm::max(roughness * roughness, Ggx<T>::smallest_alpha); }
+    static bool is_smooth(T roughness) { return roughness * roughness < Ggx<T>::smallest_alpha; }
 
-    /// Fresnel of the dielectric that scatters back, of the metal, and of the boundary of what lets through.
-    Vec3<T> dielectric(T cosine) const { return schlick(f0_, p_.specular, cosine); }
-    Vec3<T> metal(T cosine) const { return schlick(p_.base_color, T(1), cosine); }
-    Vec3<T> boundary(T cosine) const {
-        if (p_.thin) return dielectric(cosine);
-        T ignored = 0;
-        return Vec3<T>(dielectric_reflectance(cosine, eta_, ignored)) * boundary_tint();
-    }
-    /// KHR_materials_specular on top of the exact reflectance, which total reflection leaves as it is.
-    Vec3<T> boundary_tint() const {
-        return p_.front ? min(p_.specular_color, Vec3<T>(1)) * p_.specular : Vec3<T>(1);
-    }
-
-    T coat_share(const Vec3<T>& wo) const {
-        return p_.clearcoat > 0 ? p_.clearcoat * schlick(Vec3<T>(T(0.04)), T(1), glm::abs(wo.z)).x : T(0);
-    }
-    T under_coat(const Vec3<T>& wo) const { return 1 - coat_share(wo); }
-
-    /// What facets reflect at this cosine, without the glass.
-    Vec3<T> opaque_reflectance(T cosine) const {
-        Vec3<T> f = p_.metallic > 0 ? p_.metallic * metal(cosine) : Vec3<T>(0);
-        const T rest = (1 - p_.metallic) * (1 - p_.transmission);
-        if (rest > 0) f += rest * dielectric(cosine);
-        return f;
-    }
-    T glass_share() const { return (1 - p_.metallic) * p_.transmission; }
-
-    /// Whether glass has two directions only; the chance with which it mirrors at a facet rather than refracts.
-    bool sharp() const { return smooth_ || straight_; }
-    T mirrored_share(T cosine) const {
-        const T mirrored = max_component(boundary(cosine)), passed = max_component(p_.base_color) * (1 - mirrored);
-        return mirrored + passed > 0 ? mirrored / (mirrored + passed) : T(0);
-    }
-
-    Vec3<T> reflected(const Vec3<T>& wo, const Vec3<T>& wi) const {
-        const Vec3<T> m = normalize(wo + wi);
-        const T cosine = glm::min(T(1), dot(wo, m));
+    /// Reflectances at a cosine of this schlick_weight: of the dielectric that scatters back; of metal and that, as mixed.
+    Vec3<T> dielectric(T weight) const { return f0_ + (Vec3<T>(p_.specular) - f0_) * weight; }
+    Vec3<T> opaque_reflectance(T weight, T miss = 0) const {
         Vec3<T> f(0);
-        const T scattered = (1 - p_.metallic) * (1 - p_.transmission);
-        if (scattered > 0) f += p_.base_color * (scattered * inv_pi<T> * (1 - max_component(dielectric(cosine))));
-        Vec3<T> facets = smooth_ ? Vec3<T>(0) : opaque_reflectance(cosine);
-        if (glass_share() > 0 && !sharp()) facets += glass_share() * boundary(cosine);
-        if (!is_black(facets)) f += facets * (facets_.distribution(m) * facets_.visibility(wo, wi));
-        if (p_.clearcoat > 0) {
-            const T share = coat_share(wo);
-            f *= 1 - share;
-            if (!smooth_coat_) f += Vec3<T>(share * coat_.distribution(m) * coat_.visibility(wo, wi));
-        }
+        if (p_.metallic > 0)
+            f = p_.metallic * (p_.base_color + (Vec3<T>(1) - p_.base_color) * weight) * (Vec3<T>(1) + p_.base_color * miss);
+        if (opaque_ > 0) f += opaque_ * dielectric(weight) * (Vec3<T>(1) + f0_ * miss);
         return f;
     }
-
-    /// Facet that refracts wo to wi, on the side of wo; eta_ is 1 for sheets, which turn reflections to the other side.
-    Vec3<T> refracting(const Vec3<T>& wo, const Vec3<T>& wi) const {
-        const Vec3<T> m = p_.thin ? wo + Vec3<T>(wi.x, wi.y, -wi.z) : wo + eta_ * wi;
-        const T size = length(m);
-        return size > 0 ? (m.z < 0 ? -m : m) / size : Vec3<T>(0, 0, 1);
+    /// Of the boundary of what lets through: KHR_materials_specular on top of the exact reflectance of a volume's outside.
+    Vec3<T> boundary(T cosine) const {
+        if (p_.thin) return dielectric(schlick_weight(cosine));
+        T ignored = 0;
+        const T exact = dielectric_reflectance(cosine, eta_, ignored);
+        return p_.front ? min(p_.specular_color, Vec3<T>(1)) * (p_.specular * exact) : Vec3<T>(exact);
     }
 
-    Vec3<T> transmitted(const Vec3<T>& wo, const Vec3<T>& wi) const {
-        if (!(glass_share() > 0) || sharp()) return Vec3<T>(0);
-        const Vec3<T> m = refracting(wo, wi);
-        const T o = dot(wo, m);
-        T f = facets_.distribution(m) * facets_.visibility(wo, wi);
+    /// Whether glass has two directions only; the chance with which it mirrors rather than refracts at a facet.
+    bool sharp() const { return smooth_ || straight_; }
+    T mirrored_share(const Vec3<T>& boundary) const {
+        const T mirror = max_component(boundary), passed = base_max_ * (1 - mirror);
+        return mirror + passed > 0 ? mirror / (mirror + passed) : T(0);
+    }
+
+    /// What coat and sheen let through to what is below, and from there.
+    T through(const View& view, T cos_i) const {
+        if (!(sheen_max_ > 0)) return view.base;
+        const T albedo = glm::max(view.sheen_albedo, T(charlie_albedo(float(cos_i), float(p_.sheen_roughness))));
+        return (1 - view.coat_share) * (1 - sheen_max_ * albedo);
+    }
+    /// A sheet's facets reflect and pass on alike, so one factor makes good for both.
+    T glass_gain(const View& view) const { return p_.thin ? 1 + view.miss : T(1); }
+
+    BsdfValue<T> evaluate(const View& view, const Vec3<T>& wo, const Vec3<T>& wi) const {
+        if (wi.z > 0) return reflect(view, wo, wi);
+        if (wi.z < 0 && glass_ > 0 && !sharp()) return transmit(view, wo, wi);
+        return {};
+    }
+
+    BsdfValue<T> reflect(const View& view, const Vec3<T>& wo, const Vec3<T>& wi) const {
+        const Vec3<T> h = wo + wi;
+        const T cosine = glm::min(T(1), std::sqrt(dot(h, h)) / 2); // of wo and wi with h
+        const T weight = schlick_weight(cosine);
+        BsdfValue<T> v;
+        if (opaque_ > 0) {
+            const T share = p_.compensated ? view.left : 1 - f0_max_ - (p_.specular - f0_max_) * weight;
+            v.f = p_.base_color * (opaque_ * share * inv_pi<T>);
+            v.pdf = view.diffuse * wi.z * inv_pi<T>;
+        }
+        if (view.bounded > 0) {
+            const T d = facets_.distribution(h);
+            Vec3<T> reflectance = opaque_reflectance(weight, view.miss);
+            T pdf = view.reflection * view.bounded;
+            if (glass_ > 0 && !sharp()) {
+                const Vec3<T> at = boundary(cosine);
+                reflectance += glass_ * glass_gain(view) * at;
+                pdf += view.glass * mirrored_share(at) * Ggx<T>::visible_factor(wo, view.stretched) / 4;
+            }
+            v.f += reflectance * (d * Ggx<T>::visibility(wo.z, view.stretched, wi.z, facets_.stretched(wi)));
+            v.pdf += d * pdf;
+        }
+        if (sheen_max_ > 0) {
+            const T over = 1 - view.coat_share;
+            const T visibility = Charlie<T>::visibility(wo.z, view.sheen_lambda, wi.z, sheen_.lambda(wi.z));
+            v.f = v.f * through(view, wi.z) + p_.sheen_color * (over * sheen_.distribution(h) * visibility);
+            v.pdf += view.sheen * uniform_hemisphere_pdf<T>();
+        } else {
+            v.f *= view.base;
+        }
+        if (view.coat > 0 && !smooth_coat_) {
+            const T d = coat_.distribution(h);
+            const T stretched = coat_.stretched(wo);
+            v.f += Vec3<T>(view.coat_share * d * Ggx<T>::visibility(wo.z, stretched, wi.z, coat_.stretched(wi)));
+            v.pdf += view.coat * d * coat_.bounded_factor(wo, stretched);
+        }
+        return v;
+    }
+
+    BsdfValue<T> transmit(const View& view, const Vec3<T>& wo, const Vec3<T>& wi) const {
+        // Along the facet that refracts wo to wi; sheets mirror, and turn the mirrored direction to the other side.
+        Vec3<T> h = p_.thin ? wo + Vec3<T>(wi.x, wi.y, -wi.z) : wo + eta_ * wi;
+        if (h.z < 0) h = -h;
+        const T length2 = dot(h, h);
+        if (!(length2 > 0)) return {};
+        const T scale = 1 / std::sqrt(length2), o = dot(wo, h) * scale;
+        if (!(o > 0)) return {};
+        T jacobian = 1 / (4 * o), bent = 1;
         if (!p_.thin) {
-            const T i = dot(wi, m);
-            if (!(o > 0) || !(i < 0)) return Vec3<T>(0);
-            const T root = i + o / eta_; // radiance is scaled by 1 / eta², which is in it
-            f *= 4 * glm::abs(i * o) / (root * root * eta_ * eta_);
+            const T i = dot(wi, h) * scale;
+            if (!(i < 0)) return {};
+            jacobian = -i * eta_ * eta_ / length2;
+            bent = -4 * i * o / length2; // with radiance's 1 / eta²
         }
-        return p_.base_color * (Vec3<T>(1) - boundary(glm::min(T(1), o))) * (glass_share() * f * under_coat(wo));
+        const Vec3<T> at = boundary(glm::min(T(1), o));
+        const T d = facets_.distribution(h);
+        const T visibility = Ggx<T>::visibility(wo.z, view.stretched, -wi.z, facets_.stretched(wi));
+        return {.f = p_.base_color * (Vec3<T>(1) - at) *
+                     (glass_ * glass_gain(view) * d * visibility * bent * through(view, -wi.z)),
+                .pdf = view.glass * (1 - mirrored_share(at)) * d * o * jacobian *
+                       Ggx<T>::visible_factor(wo, view.stretched)};
     }
 
-    T transmission_pdf(const Vec3<T>& wo, const Vec3<T>& wi) const {
-        const Vec3<T> m = refracting(wo, wi);
-        const T o = dot(wo, m);
-        if (!(o > 0)) return 0;
-        const T facet = facets_.visible_pdf(wo, m) * (1 - mirrored_share(o));
-        if (p_.thin) return facet / (4 * o);
-        const T i = dot(wi, m), root = i + o / eta_;
-        return i < 0 ? facet * -i / (root * root) : T(0);
-    }
-
-    /// By what each lobe is likely to give of wo; together 1. A lobe that gives anything anywhere has a chance: that of
-    /// facets, which stand otherwise than the mean one, has a floor; diffuse light takes the mean over all directions.
-    Chances chances(const Vec3<T>& wo) const {
-        const T base = max_component(p_.base_color), rest = 1 - p_.metallic;
-        Chances c;
-        c.coat = coat_share(wo);
-        const T under = 1 - c.coat, scattered = rest * (1 - p_.transmission);
-        const T mean = max_component(f0_ + (Vec3<T>(p_.specular) - f0_) / T(21));
-        c.diffuse = under * scattered * base * (1 - mean);
-        c.reflection = under * max_component(opaque_reflectance(wo.z));
-        if (!smooth_ && (p_.metallic > 0 || scattered * p_.specular > 0)) c.reflection = glm::max(c.reflection, T(0.02));
-        if (transmits()) {
-            const T mirrored = max_component(boundary(wo.z));
-            c.glass = under * glass_share() * glm::max(mirrored + base * (1 - mirrored), T(0.05));
-        }
-        const T sum = c.diffuse + c.reflection + c.glass + c.coat;
-        if (!(sum > 0)) return {};
-        c.diffuse /= sum;
-        c.reflection /= sum;
-        c.glass /= sum;
-        c.coat /= sum;
-        return c;
-    }
-
-    /// The sample of a direction that is not a delta lobe's.
-    BsdfSample<T> finish(const Vec3<T>& wo, const Vec3<T>& wi, T eta_scale) const {
-        BsdfSample<T> s;
-        s.pdf = pdf(wo, wi);
-        if (!(s.pdf > 0) || !is_finite(s.pdf)) return {};
-        s.wi = wi;
-        s.weight = eval(wo, wi) * (glm::abs(wi.z) / s.pdf);
-        s.eta_scale = eta_scale;
-        return s;
+    /// The sample of a direction that is not a delta lobe's; none where a facet sent it to the wrong side.
+    BsdfSample<T> finish(const View& view, const Vec3<T>& wo, const Vec3<T>& wi, T side, T eta_scale) const {
+        if (!(wi.z * side > 0)) return {};
+        const BsdfValue<T> v = evaluate(view, wo, wi);
+        if (!(v.pdf > 0) || !is_finite(v.pdf)) return {};
+        const Vec3<T> weight = v.f * (glm::abs(wi.z) / v.pdf);
+        return {.wi = wi, .weight = weight, .pdf = v.pdf, .eta_scale = eta_scale};
     }
 
     static BsdfSample<T> mirror(const Vec3<T>& wo, const Vec3<T>& reflectance, T chance) {
         return {.wi = {-wo.x, -wo.y, wo.z}, .weight = reflectance / chance, .pdf = chance, .eta_scale = 1, .delta = true};
     }
 
-    BsdfSample<T> sample_glass(const Vec3<T>& wo, T chance, T pick, const Vec2<T>& u) const {
+    BsdfSample<T> sample_glass(const View& view, const Vec3<T>& wo, T pick, const Vec2<T>& u) const {
         const Vec3<T> m = sharp() ? Vec3<T>(0, 0, 1) : facets_.sample_visible(wo, u);
-        const T o = dot(wo, m);
+        const T o = glm::min(T(1), dot(wo, m));
         if (!(o > 0)) return {};
-        const T mirrored = mirrored_share(o);
-        const Vec3<T> share = Vec3<T>(glass_share() * under_coat(wo));
-        if (pick < mirrored) {
-            if (sharp()) return mirror(wo, share * boundary(o), chance * mirrored);
-            const Vec3<T> wi = reflect(wo, m);
-            return wi.z > 0 ? finish(wo, wi, T(1)) : BsdfSample<T>();
+        const Vec3<T> at = boundary(o);
+        const T chance = mirrored_share(at);
+        if (pick < chance) {
+            if (sharp()) return mirror(wo, at * (glass_ * view.base), view.glass * chance);
+            return finish(view, wo, mirrored(wo, m), 1, T(1));
         }
-        T cosine = o;
-        if (!p_.thin && !straight_) dielectric_reflectance(o, eta_, cosine);
-        if (!(cosine > 0)) return {};
+        T cos_other = o;
+        if (!p_.thin && !straight_) dielectric_reflectance(o, eta_, cos_other);
+        if (!(cos_other > 0)) return {};
         if (sharp()) {
-            const T eta = straight_ ? T(1) : eta_, passed = chance * (1 - mirrored);
-            return {.wi = {-wo.x / eta, -wo.y / eta, -cosine},
-                    .weight = share * p_.base_color * (Vec3<T>(1) - boundary(o)) / (passed * eta * eta),
+            const T eta = straight_ ? T(1) : eta_, passed = view.glass * (1 - chance);
+            return {.wi = {-wo.x / eta, -wo.y / eta, -cos_other},
+                    .weight = p_.base_color * (Vec3<T>(1) - at) * (glass_ * view.base / (passed * eta * eta)),
                     .pdf = passed, .eta_scale = eta * eta, .delta = true};
         }
-        Vec3<T> wi;
-        if (p_.thin) {
-            wi = reflect(wo, m);
-            wi.z = -wi.z;
-        } else {
-            wi = normalize((o / eta_ - cosine) * m - wo / eta_);
-        }
-        return wi.z < 0 ? finish(wo, wi, eta_ * eta_) : BsdfSample<T>();
+        if (!p_.thin) return finish(view, wo, normalize(refracted(wo, m, o, cos_other, eta_)), -1, eta_ * eta_);
+        const Vec3<T> wi = mirrored(wo, m);
+        return finish(view, wo, {wi.x, wi.y, -wi.z}, -1, T(1));
     }
 
     StandardPoint<T> p_;
     Ggx<T> facets_, coat_;
-    bool smooth_, smooth_coat_;
+    Charlie<T> sheen_;
+    bool smooth_, smooth_coat_, straight_;
     T eta_;
-    bool straight_;
     Vec3<T> f0_;
+    T f0_max_, base_max_, sheen_max_;
+    T opaque_, glass_; ///< shares of the dielectric that scatters back, and of the one that lets through
 };
 
 static_assert(Bsdf<StandardBsdf<float>>);
