@@ -1,6 +1,10 @@
-// Error against run time: estimators and denoisers by samples a pixel. CPU time of all threads; pixels that
-// see an emitter are left out.
+// Error against run time: estimators, denoisers and other renderers by samples a pixel. CPU time of all threads; pixels
+// that see an emitter are left out. With --peers everyone has one thread on the same processor, and they take turns.
 #include "../examples/support/command_line.hpp"
+#include "bvh/affinity.hpp"
+#include "error_time_rows.hpp"
+#include "peers/export.hpp"
+#include "peers/peer.hpp"
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
@@ -17,19 +21,40 @@
 #include <lambent/sampling/stratified.hpp>
 #include <lambent/scene/builtin.hpp>
 #include <map>
+#include <memory>
+#include <sys/resource.h>
+#include <unistd.h>
 
 namespace {
 
 using namespace lambent;
 
 struct Options {
-    std::vector<std::string> scenes,
-        methods = {"path", "light", "bsdf", "independent", "path+best", "path+balanced", "path+fast"};
+    std::vector<std::string> scenes, methods;
     std::vector<std::uint64_t> spp = {1, 4, 16, 64, 256};
-    std::string reference, environment;
-    int rounds = 3;
+    std::string reference, environment, python;
+    int rounds = 3, width = 128, height = 128;
+    double target = 0; ///< 0: the scene's
     bool json = false, quick = false;
 };
+
+const std::vector<std::string> own_methods = {"path", "light", "bsdf", "independent", "path+best", "path+balanced",
+                                              "path+fast"};
+
+/// Other renderers, as the best that we found for each. Mitsuba is given diffuse scenes only.
+struct PeerKind {
+    const char *name, *script, *setting;
+    bool diffuse_only;
+};
+constexpr PeerKind peer_kinds[] = {{"mitsuba_llvm_multijitter", "mitsuba_render.py", "llvm_ad_rgb:multijitter", true},
+                                   {"mitsuba_llvm_independent", "mitsuba_render.py", "llvm_ad_rgb:independent", true},
+                                   {"mitsuba_scalar", "mitsuba_render.py", "scalar_rgb:independent", true},
+                                   {"cycles_blue_noise", "cycles_render.py", "BLUE_NOISE", false},
+                                   {"cycles_sobol", "cycles_render.py", "TABULATED_SOBOL", false}};
+
+/// The relative error that a scene's times are compared at.
+const std::map<std::string, double> targets = {
+    {"cornell", 0.01}, {"atrium", 0.02}, {"many_lights", 0.2}, {"builtin:cornell", 0.01}, {"builtin:door", 0.5}};
 
 /// "path+best" is the estimator "path" and then the denoiser "best".
 struct Method {
@@ -47,7 +72,7 @@ Method to_method(const std::string& name) {
 }
 
 struct Subject {
-    std::string name;
+    std::string name, file{}, sky{};
     Scene<float> scene;
     Camera camera;
     int width = 128, height = 128;
@@ -81,25 +106,34 @@ Subject make_subject(const Options& o, const std::string& name) {
     namespace fs = std::filesystem;
     Subject s;
     s.name = fs::path(name).stem().string();
+    s.width = o.width;
+    s.height = o.height;
     std::string reference = o.reference, environment = o.environment;
-    if (name == "builtin:cornell" || name == "builtin:room") {
+    if (name.rfind("builtin:", 0) == 0) {
         s.name = name;
-        s.scene = name == "builtin:room" ? room_scene<float>() : cornell_scene<float>();
+        if (name == "builtin:room") s.scene = room_scene<float>();
+        else if (name == "builtin:door") s.scene = door_scene<float>();
+        else if (name == "builtin:cornell") s.scene = cornell_scene<float>();
+        else throw UsageError(name + ": there are builtin:cornell, builtin:door and builtin:room");
     } else {
+        s.file = name;
         s.scene = load_scene<float>(name);
         const fs::path folder = fs::path(name).parent_path();
         const std::map<std::string, std::string> skies = {{"atrium", "sky_sun.exr"},
                                                           {"materials", "sky_soft.exr"}};
         if (environment.empty() && skies.count(s.name) == 1)
             environment = (folder / skies.at(s.name)).string();
-        if (reference.empty() && fs::exists(folder / (s.name + "_128.exr")))
+        if (reference.empty() && s.width == 128 && s.height == 128 && fs::exists(folder / (s.name + "_128.exr")))
             reference = (folder / (s.name + "_128.exr")).string();
     }
+    s.sky = environment;
     if (!environment.empty()) s.scene.environment = read_environment(environment);
     if (!reference.empty()) {
         PixelData<float> frame = frame_from_exr(read_exr(reference));
-        s.width = frame.width;
-        s.height = frame.height;
+        require(frame.width == s.width && frame.height == s.height, [&] {
+            return reference + ": has " + std::to_string(frame.width) + " x " + std::to_string(frame.height) +
+                   " pixels, see --size";
+        });
         s.reference = std::move(frame.radiance);
     }
     s.camera = s.scene.cameras.empty() ? framing_camera(s.scene.bounds(), double(s.width) / s.height)
@@ -107,20 +141,73 @@ Subject make_subject(const Options& o, const std::string& name) {
     return s;
 }
 
-/// Mean over pixels and channels that count.
-double mean(const Subject& s, const PixelView<const float, 3>& image) {
-    double sum = 0, n = 0;
+/// Means over pixels and channels that count, of the left and of the right half.
+std::array<double, 2> means(const Subject& s, const PixelView<const float, 3>& image) {
+    std::array<double, 2> sum{}, n{};
     for (int y = 0; y < s.height; ++y)
         for (int x = 0; x < s.width; ++x) {
             if (s.mask.view().load(x, y) != 0) continue;
             const Vec3f v = image.load(x, y);
-            sum += double(v.x + v.y + v.z) / 3;
-            n += 1;
+            const std::size_t half = 2 * x < s.width ? 0 : 1;
+            sum[half] += double(v.x + v.y + v.z) / 3;
+            n[half] += 1;
         }
-    return n > 0 ? sum / n : 0;
+    return {sum[0] / std::max(n[0], 1.0), sum[1] / std::max(n[1], 1.0)};
 }
 
-/// Measures one scene and prints its rows. Returns whether the path tracer's mean is the reference's.
+void print_start(const Options& o, const Subject& s, const std::string& method, double first_image_s, double peak_mib) {
+    Line line(o.json);
+    line.add("scene", s.name).add("method", method).words().add("first_image_s", first_image_s);
+    line.add("peak_mib", peak_mib);
+}
+
+/// Our program's time from start to end, for 8 x 8 pixels of one sample, and its memory at 512 x 512.
+void measure_start(const Options& o, const Subject& s) {
+    const std::string render = LAMBENT_RENDER;
+    if (!std::filesystem::exists(render)) {
+        std::fprintf(stderr, "%s: time to the first sample left out, %s is not built\n", s.name.c_str(), render.c_str());
+        return;
+    }
+    const TemporaryFolder folder;
+    const std::string out = (folder.path / "out.exr").string(), scene = s.file.empty() ? s.name : s.file;
+    double peak_mib = 0;
+    const auto run = [&](const char* size) {
+        std::vector<std::string> words = {render, scene, "--size", size, "--spp", "1", "--denoise", "none", "--threads",
+                                          "1", "--quiet", "--aov", "none", "--out", out};
+        if (!s.sky.empty()) words.insert(words.end(), {"--env", s.sky});
+        std::vector<char*> argv;
+        for (std::string& word : words) argv.push_back(word.data());
+        argv.push_back(nullptr);
+        const auto start = std::chrono::steady_clock::now();
+        const pid_t process = fork();
+        if (process == 0) {
+            execv(argv[0], argv.data());
+            _exit(127);
+        }
+        int status = 0;
+        rusage usage{};
+        require(wait4(process, &status, 0, &usage) == process && status == 0, "render failed");
+        peak_mib = double(usage.ru_maxrss) / 1024;
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    std::vector<double> seconds;
+    for (int round = 0; round < o.rounds; ++round) seconds.push_back(run("8x8"));
+    run("512x512");
+    print_start(o, s, "render", median(seconds), peak_mib);
+}
+
+/// The last processor that we may run on: others like the first.
+int last_processor() {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    int last = 0;
+    if (sched_getaffinity(0, sizeof set, &set) == 0)
+        for (int i = 0; i < CPU_SETSIZE; ++i)
+            if (CPU_ISSET(std::size_t(i), &set)) last = i;
+    return last;
+}
+
+/// Measures one scene and prints its rows. Returns whether everyone's image is the reference's in the mean.
 bool measure(const Options& o, const std::string& name, ThreadExecutor& threads) {
     Subject s = make_subject(o, name);
     const PreparedScene<float> prepared(s.scene, threads);
@@ -128,73 +215,127 @@ bool measure(const Options& o, const std::string& name, ThreadExecutor& threads)
     if (s.reference.view().absent()) { // our own: 16 times the samples, and other ones
         std::fprintf(stderr, "%s: renders a reference with %llu samples a pixel\n", s.name.c_str(),
                      (unsigned long long)(16 * most));
-        s.reference = trace(s, prepared, "path", 16 * most, 1000, threads).radiance;
+        ThreadExecutor all;
+        s.reference = trace(s, prepared, "path", 16 * most, 1000, all).radiance;
     }
+    const Pinned pinned(o.python.empty() ? std::nullopt : std::optional<int>(last_processor()));
     s.mask = emitter_mask(trace(s, prepared, "path", 64, 2000, threads).emission.view());
     const Plane<float, 3>& reference = s.reference;
 
     std::vector<Method> methods;
     for (const std::string& m : o.methods) methods.push_back(to_method(m));
+    const TemporaryFolder folder;
+    std::map<std::string, std::unique_ptr<Peer>> peers;
+    if (!o.python.empty()) {
+        export_scene(folder.path, s.scene, s.camera, s.width, s.height, s.file);
+        for (const PeerKind& kind : peer_kinds) {
+            if (kind.diffuse_only && !is_diffuse(s.scene)) {
+                std::fprintf(stderr, "%s: %s left out, the scene is not all diffuse\n", s.name.c_str(), kind.name);
+                continue;
+            }
+            peers[kind.name] = std::make_unique<Peer>(o.python, std::string(LAMBENT_PEERS_DIR "/") + kind.script,
+                                                      folder.path, kind.setting);
+            methods.push_back({kind.name, "", ""});
+        }
+    }
+
     struct Result {
         std::vector<double> seconds;
         double rel_mse = 0, mse = 0;
+        std::array<double, 2> means{};
     };
     bool agrees = true;
+    std::map<std::string, std::vector<Point>> curves;
+    const auto best_peer = [&](const auto& value) { // the largest, 0 without peers
+        double best = 0;
+        for (const auto& peer : peers) best = std::max(best, value(curves.at(peer.first)));
+        return best;
+    };
     for (const std::uint64_t spp : o.spp) {
         std::map<std::string, Result> results;
-        double path_mean = 0;
-        for (int round = 0; round < o.rounds; ++round)
+        const auto take = [&](const std::string& method, const PixelView<const float, 3>& image, double seconds) {
+            Result& r = results[method];
+            r.seconds.push_back(seconds);
+            r.rel_mse += rel_mse(image, reference.view(), s.mask.view()) / o.rounds;
+            r.mse += mse(image, reference.view(), s.mask.view()) / o.rounds;
+            const std::array<double, 2> m = means(s, image);
+            for (std::size_t half = 0; half < 2; ++half) r.means[half] += m[half] / o.rounds;
+        };
+        for (int round = 0; round < o.rounds; ++round) {
+            const auto seed = std::uint32_t(round) + 1;
             for (const std::string& estimator : estimators) {
                 if (std::none_of(methods.begin(), methods.end(),
                                  [&](const Method& m) { return m.estimator == estimator; }))
                     continue;
                 const double start = cpu_seconds();
-                const PixelData<float> frame =
-                    trace(s, prepared, estimator, spp, std::uint32_t(round) + 1, threads);
+                const PixelData<float> frame = trace(s, prepared, estimator, spp, seed, threads);
                 const double render_s = cpu_seconds() - start;
-                if (estimator == "path") path_mean += mean(s, frame.radiance.view()) / o.rounds;
                 for (const Method& m : methods) {
                     if (m.estimator != estimator) continue;
-                    Result& r = results[m.name];
-                    const auto take = [&](const PixelView<const float, 3>& image, double seconds) {
-                        r.seconds.push_back(seconds);
-                        r.rel_mse += rel_mse(image, reference.view(), s.mask.view()) / o.rounds;
-                        r.mse += mse(image, reference.view(), s.mask.view()) / o.rounds;
-                    };
                     if (m.denoiser.empty()) {
-                        take(frame.radiance.view(), render_s);
+                        take(m.name, frame.radiance.view(), render_s);
                         continue;
                     }
                     const double filter_start = cpu_seconds();
                     const auto clean = denoise(frame, denoise_options(m.denoiser), threads);
-                    take(clean.radiance.view(), render_s + cpu_seconds() - filter_start);
+                    take(m.name, clean.radiance.view(), render_s + cpu_seconds() - filter_start);
                 }
             }
+            for (const auto& [method, peer] : peers) {
+                const Peer::Answer answer = peer->render(spp, seed);
+                require(answer.rgb.size() == std::size_t(s.width) * std::size_t(s.height) * 3,
+                        [&] { return method + ": its image has another size"; });
+                take(method, rgb_view(answer.rgb.data(), s.width, s.height), answer.seconds);
+            }
+        }
         for (const Method& m : methods) {
             const Result& r = results.at(m.name);
-            const double seconds = median(r.seconds), efficiency = 1 / (r.rel_mse * seconds);
-            std::printf(o.json ? "{\"scene\": \"%s\", \"method\": \"%s\", \"spp\": %llu, \"seconds\": %.6g, "
-                                 "\"rel_mse\": %.6g, "
-                                 "\"rmse\": %.6g, \"efficiency\": %.6g}\n"
-                               : "%-16s %-16s %6llu %10.4g %10.4g %10.4g %10.4g\n",
-                        s.name.c_str(), m.name.c_str(), (unsigned long long)spp, seconds, r.rel_mse,
-                        std::sqrt(r.mse), efficiency);
+            curves[m.name].push_back({spp, median(r.seconds), r.rel_mse});
         }
-        std::fflush(stdout);
-        const double truth = mean(s, reference.view());
-        if (spp == most && path_mean > 0 && !(std::abs(path_mean / truth - 1) < 0.03)) {
-            std::fprintf(stderr, "%s: the path tracer's mean is %.5g, the reference's %.5g\n", s.name.c_str(),
-                         path_mean, truth);
-            agrees = false;
+        const double best = best_peer([](const auto& curve) { return curve.back().efficiency(); });
+        for (const Method& m : methods) {
+            const Result& r = results.at(m.name);
+            const Point& p = curves[m.name].back();
+            Line line(o.json);
+            line.add("scene", s.name).add("method", m.name).add("spp", double(spp)).add("seconds", p.seconds);
+            line.add("rel_mse", p.rel_mse).add("rmse", std::sqrt(r.mse)).add("efficiency", p.efficiency());
+            line.add("msamples_per_s", double(s.width) * s.height * double(spp) / p.seconds * 1e-6);
+            if (best > 0) line.add("ratio_to_best_peer", p.efficiency() / best);
+        }
+        if (spp != most) continue;
+        const std::array<double, 2> truth = means(s, reference.view());
+        for (const Method& m : methods)
+            for (std::size_t half = 0; half < 2; ++half) {
+                const double ratio = results.at(m.name).means[half] / truth[half];
+                if (!m.denoiser.empty() || m.estimator == "light" || m.estimator == "bsdf" || std::abs(ratio - 1) < 0.03)
+                    continue;
+                std::fprintf(stderr, "%s: the mean of %s is %.5g of the reference's in the %s half\n", s.name.c_str(),
+                             m.name.c_str(), ratio, half == 0 ? "left" : "right");
+                agrees = false;
+            }
+        }
+    const auto own_target = targets.find(s.name);
+    const double target = o.target > 0 ? o.target : own_target == targets.end() ? 0 : own_target->second;
+    if (target > 0) {
+        const double best = best_peer([&](const auto& curve) { return 1 / seconds_to(target, curve); });
+        for (const Method& m : methods) {
+            const double seconds = seconds_to(target, curves[m.name]);
+            Line line(o.json);
+            line.add("scene", s.name).add("method", m.name).words().add("target", target).add("seconds", seconds);
+            line.add("efficiency", 1 / (target * seconds));
+            if (best > 0) line.add("ratio_to_best_peer", 1 / (seconds * best));
         }
     }
+    for (const auto& [method, peer] : peers)
+        print_start(o, s, method, peer->first_image_s(), peer->peak_mib());
+    measure_start(o, s);
     return agrees;
 }
 
 /// The builtin scenes, and those with references where they were found when the project was configured.
 std::vector<std::string> default_scenes(bool quick) {
-    std::vector<std::string> scenes = {"builtin:cornell", "builtin:room"};
-    if (quick) scenes.pop_back();
+    std::vector<std::string> scenes = {"builtin:cornell"};
+    if (!quick) scenes.insert(scenes.end(), {"builtin:room", "builtin:door"});
     const std::filesystem::path folder = LAMBENT_SHARED_DIR "/reference";
     for (const char* file : {"cornell.glb", "atrium.glb", "many_lights.glb"})
         if (std::filesystem::exists(folder / file)) scenes.push_back((folder / file).string());
@@ -207,7 +348,7 @@ int main(int argc, char** argv) try {
     Options o;
     bool spp_chosen = false, help = false;
     CommandLine line(
-        "bench_error_time [SCENE...] [options]   SCENE: builtin:cornell, builtin:room, .gltf, .glb, .obj");
+        "bench_error_time [SCENE...] [options]   SCENE: builtin:cornell, builtin:door, builtin:room, .gltf, .glb, .obj");
     line.add("--spp LIST", "samples a pixel (1,4,16,64,256)", [&](const std::string& v) {
         o.spp.clear();
         for (const std::string& n : split(v, ',')) o.spp.push_back(std::uint64_t(to_integer(n, 1, 1 << 20)));
@@ -225,6 +366,15 @@ int main(int argc, char** argv) try {
     line.add("--reference F.exr",
              "converged image of the scene; without it NAME_128.exr beside it, or our own",
              [&](const std::string& v) { o.reference = v; });
+    line.add("--size WxH", "in pixels (128x128)", [&](const std::string& v) {
+        const std::vector<std::string> sides = split_exactly(v, 'x', 2);
+        o.width = int(to_integer(sides[0], 1, 1 << 14));
+        o.height = int(to_integer(sides[1], 1, 1 << 14));
+    });
+    line.add("--peers PYTHON", "an interpreter that has mitsuba, bpy and numpy: adds their rows; all on one thread (none)",
+             [&](const std::string& v) { o.python = v; });
+    line.add("--target E", "rel_mse to which times are compared (the scene's, if it has one)",
+             [&](const std::string& v) { o.target = to_positive(v); });
     line.add("--env F", "environment map of the scene", [&](const std::string& v) { o.environment = v; });
     line.add("--rounds N", "seeds: errors are averaged over them, the time is their median (3)",
              [&](const std::string& v) { o.rounds = int(to_integer(v, 1, 1000)); });
@@ -239,11 +389,14 @@ int main(int argc, char** argv) try {
         if (!spp_chosen) o.spp = {1, 4, 16};
     }
     if (o.scenes.empty()) o.scenes = default_scenes(o.quick);
+    const bool with_peers = !o.python.empty();
+    if (o.methods.empty()) o.methods = with_peers ? std::vector<std::string>{"path", "independent"} : own_methods;
+    if (!with_peers) std::fprintf(stderr, "other renderers are left out: no --peers\n");
 
     if (!o.json)
-        std::printf("%-16s %-16s %6s %10s %10s %10s %10s\n", "scene", "method", "spp", "seconds", "rel_mse",
-                    "rmse", "efficiency");
-    ThreadExecutor threads;
+        std::printf("%-26s %-26s %10s %10s %10s %10s %10s %10s%s\n", "scene", "method", "spp", "seconds", "rel_mse",
+                    "rmse", "efficiency", "Msamples/s", with_peers ? " to best peer" : "");
+    ThreadExecutor threads(with_peers ? 1 : 0);
     bool agree = true;
     for (const std::string& scene : o.scenes) agree = measure(o, scene, threads) && agree;
     return agree ? 0 : 1;

@@ -72,7 +72,7 @@ void check_together(const Options& o) {
 
 std::optional<Options> parse_options(int argc, char** argv) {
     Options o;
-    CommandLine line("render SCENE [options]     SCENE: .gltf .glb .obj builtin:cornell builtin:room[:LIGHTS]");
+    CommandLine line("render SCENE [options]     SCENE: .gltf .glb .obj builtin:cornell builtin:door builtin:room[:LIGHTS]");
     bool help = false;
     line.add("--out F.exr", "the image, with its planes (out.exr)", [&](auto& v) { o.out = to_file(v, ".exr"); });
     line.add("--preview F.png", "an sRGB preview (none)", [&](auto& v) { o.preview = to_file(v, ".png"); });

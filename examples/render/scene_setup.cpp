@@ -23,10 +23,11 @@ Environment make_environment(const Options& o, std::vector<std::string>& notes) 
 Scene<float> load_named_scene(const Options& o, ThreadExecutor& threads) {
     const std::string& name = o.scene;
     if (name == "builtin:cornell") return cornell_scene<float>();
+    if (name == "builtin:door") return door_scene<float>();
     const std::string room = "builtin:room";
     if (name == room) return room_scene<float>();
     if (name.rfind(room + ":", 0) == 0) return room_scene<float>(int(to_integer(name.substr(room.size() + 1), 1, 64)));
-    if (name.rfind("builtin:", 0) == 0) throw UsageError(name + ": there are builtin:cornell and builtin:room");
+    if (name.rfind("builtin:", 0) == 0) throw UsageError(name + ": there are builtin:cornell, builtin:door and builtin:room");
     return load_scene<float>(name, o.load, threads);
 }
 

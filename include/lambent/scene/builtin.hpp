@@ -124,6 +124,35 @@ Scene<T> room_scene(int lights = 1) {
     return scene;
 }
 
+/// `builtin:door`: a room lit from the next one alone, through a slit of 0.25 m. The light is on the far side of
+/// the wall between them, so that no point in front of the camera sees it.
+template <class T = float>
+Scene<T> door_scene() {
+    Scene<T> scene;
+    const auto white = detail::add_material(scene, "white", Vec3f(0.75f));
+    const auto warm = detail::add_material(scene, "warm", {0.7f, 0.35f, 0.2f});
+    const auto blue = detail::add_material(scene, "blue", {0.25f, 0.4f, 0.65f});
+    const auto light = detail::add_material(scene, "light", Vec3f(0), {120, 105, 80});
+    const auto add = [&](const Vec3d& low, const Vec3d& high, std::uint32_t material, double angle = 0) {
+        detail::add_box(scene, low, high, angle, detail::BoxFront::outside,
+                        {material, material, material, material, material, material});
+    };
+    detail::add_box(scene, {0, 0, 0}, {7, 2.5, 4}, 0, detail::BoxFront::inside, {warm, blue, white, white, white, white});
+    // The wall, around the light and with the slit. It reaches into the room's sides, so that no crack is left.
+    const double x0 = 4, x1 = 4.125, low = -0.125, high = 2.625;
+    add({x0, low, low}, {x1, high, 0.75}, white);
+    add({x0, low, 1.5}, {x1, high, 2.5}, white);
+    add({x0, low, 2.75}, {x1, high, 4.125}, white);
+    add({x0, low, 0.75}, {x1, 1, 1.5}, white);
+    add({x0, 1.75, 0.75}, {x1, high, 1.5}, white);
+    detail::add_box(scene, {x0, 1, 0.75}, {x1, 1.75, 1.5}, 0, detail::BoxFront::outside,
+                    {white, light, white, white, white, white});
+    add({2, 0, 0.7}, {2.7, 0.75, 1.4}, blue, 0.4);
+    add({1.2, 0, 2.4}, {1.6, 1.4, 2.8}, white, -0.3);
+    scene.cameras.push_back({{0.3, 1.5, 3.7}, {4, 0.9, 1.2}, {0, 1, 0}, 60, "by the wall"});
+    return scene;
+}
+
 /// Daylight without a sun, for scenes that bring no light: bluish above, white at the horizon, a dim ground
 /// below, so that even a white scene shows its shapes. Radiance 0.2 to 1.
 inline Environment soft_sky() {
