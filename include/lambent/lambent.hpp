@@ -40,6 +40,7 @@
 #include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
 #include <lambent/core/simd_order.hpp>
+#include <lambent/core/sincos.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/denoise/bilateral_lines.hpp>
 #include <lambent/denoise/bilateral_weights.hpp>
@@ -100,6 +101,7 @@
 #include <lambent/scene/fingerprint.hpp>
 #include <lambent/scene/material.hpp>
 #include <lambent/scene/prepared_scene.hpp>
+#include <lambent/scene/render_scene.hpp>
 #include <lambent/scene/scene.hpp>
 #include <lambent/scene/scene_lights.hpp>
 #include <lambent/scene/sphere.hpp>

@@ -4,7 +4,7 @@
 #include <lambent/material/lambert.hpp>
 #include <lambent/material/standard.hpp>
 #include <lambent/sampling/sampler.hpp>
-#include <lambent/scene/prepared_scene.hpp>
+#include <lambent/scene/render_scene.hpp>
 #include <concepts>
 #include <cstdint>
 

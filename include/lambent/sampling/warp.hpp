@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <lambent/core/numerics.hpp>
+#include <lambent/core/sincos.hpp>
 #include <lambent/core/vec.hpp>
 #include <limits>
 
@@ -27,7 +28,8 @@ inline DiskPoint<T> concentric_disk(const Vec2<T>& u) {
     const T r = a_is_larger ? a : b;
     if (r == 0) return {{0, 0}, 0};
     const T angle = (pi<T> / 4) * ((a_is_larger ? b : a) / r);
-    const T along = r * std::cos(angle), across = r * std::sin(angle);
+    const SineCosine<T> turn = sincos_of_octant(angle);
+    const T along = r * turn.cosine, across = r * turn.sine;
     return {a_is_larger ? Vec2<T>(along, across) : Vec2<T>(across, along), std::abs(r)};
 }
 } // namespace detail

@@ -6,6 +6,7 @@
 #include <lambent/light/triangle_light.hpp>
 #include <lambent/sampling/hash.hpp>
 #include <lambent/scene/attributes.hpp>
+#include <lambent/scene/render_scene.hpp>
 #include <lambent/scene/scene.hpp>
 #include <lambent/scene/scene_lights.hpp>
 #include <lambent/scene/surface.hpp>
@@ -18,21 +19,6 @@
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
-
-/// What integrators ask of a scene; another renderer's scene can be integrated by answering it.
-template <class S>
-concept RenderScene = requires(const S& scene, const Ray<typename S::Scalar>& ray, const Hit<typename S::Scalar>& hit,
-                               const Vec3<typename S::Scalar>& v, const Vec2<typename S::Scalar>& u,
-                               Companion companion) {
-    { scene.intersect(ray) } -> std::same_as<Hit<typename S::Scalar>>;
-    { scene.occluded(ray) } -> std::same_as<bool>;
-    { scene.surface(ray, hit) } -> std::same_as<Surface<typename S::Scalar>>;
-    { scene.background(v) } -> std::same_as<Vec3<typename S::Scalar>>;
-    { scene.sample_light(v, v, u, companion) } -> std::same_as<LightSample<typename S::Scalar>>;
-    { scene.hit_light_pdf(ray, hit, v) } -> std::same_as<typename S::Scalar>;
-    { scene.background_pdf(v) } -> std::same_as<typename S::Scalar>;
-    { scene.has_lights(companion) } -> std::same_as<bool>;
-};
 
 /// A scene made ready for rays: its tree and its lights. Refers to the scene, which must stay as it is. Primitives are
 /// the triangles, then the spheres.

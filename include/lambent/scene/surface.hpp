@@ -32,13 +32,12 @@ template <class T>
 inline Vec3<T> leave_surface(const Vec3<T>& position, const Vec3<T>& error, const Vec3<T>& normal,
                              const Vec3<T>& direction) {
     const T distance = dot(abs(normal), error);
-    const Vec3<T> offset = dot(direction, normal) < 0 ? -distance * normal : distance * normal;
-    Vec3<T> p = position + offset;
-    for (int axis = 0; axis < 3; ++axis) {
-        if (offset[axis] > 0) p[axis] = next_up(p[axis]);
-        else if (offset[axis] < 0) p[axis] = next_down(p[axis]);
-    }
-    return p;
+    const Vec3<T> offset = (dot(direction, normal) < 0 ? -distance : distance) * normal;
+    const Vec3<T> p = position + offset;
+    // Farther by |p| · epsilon, which is one or two units in the last place: without branches, unlike next_up().
+    constexpr T unit = std::numeric_limits<T>::epsilon();
+    const auto nudged = [](T x, T by) { return by == 0 ? x : x + std::copysign(std::abs(x) * unit, by); };
+    return {nudged(p.x, offset.x), nudged(p.y, offset.y), nudged(p.z, offset.z)};
 }
 
 /// The ray that leaves `surface` in unit direction wi.
