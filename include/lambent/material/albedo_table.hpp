@@ -9,12 +9,12 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 
 /// A smooth function of a cosine and a roughness, both in [0, 1], tabulated at construction: even in the square root of the
-/// cosine, since albedos change fast at grazing angles; linear in between. For directional albedos, 16 KiB at most.
+/// cosine, since albedos change fast at grazing angles; linear in between. For directional albedos; some KiB.
 /// V  what a value is: a number or a vector of float
 template <class V>
 class AlbedoTable {
 public:
-    static constexpr int side = 32;
+    static constexpr int side = 24;
 
     /// f(cosine, roughness) is asked for at side² points, both in double and in (0, 1].
     template <class F>

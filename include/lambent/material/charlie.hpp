@@ -15,8 +15,8 @@ template <class T>
 struct Charlie {
     T roughness; ///< in [smallest_roughness, 1]
 
-    /// Below it there's next to nothing left of the lobe but at the horizon.
-    static constexpr T smallest_roughness = T(0.05);
+    /// Below it the lobe is but a line at the horizon, and the fit gives back more than it gets.
+    static constexpr T smallest_roughness = T(0.07);
 
     /// Density along h, of any length.
     T distribution(const Vec3<T>& h) const {
@@ -49,7 +49,7 @@ inline float charlie_albedo(float cosine, float roughness) {
         const Charlie<double> sheen{std::max(r, Charlie<double>::smallest_roughness)};
         const Vec3d wo(std::sqrt((1 - mu) * (1 + mu)), 0, mu);
         const double lambda = sheen.lambda(mu);
-        constexpr int n = 24;
+        constexpr int n = 12;
         double sum = 0;
         for (int i = 0; i < n; ++i) {
             const double x = (i + 0.5) / n, z = x * x; // most of it lies at the horizon

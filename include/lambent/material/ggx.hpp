@@ -38,38 +38,32 @@ struct Ggx {
     /// A facet's normal among those that wo sees, by their projected area: its density is
     /// distribution(m) · dot(wo, m) · visible_factor.
     /// source  Dupuy, Benyoub, Computer Graphics Forum 42:8 (2023)
-    Vec3<T> sample_visible(const Vec3<T>& wo, const Vec2<T>& u) const { return facet(wo, u, 1); }
+    Vec3<T> sample_visible(const Vec3<T>& wo, const Vec2<T>& u) const { return facet(wo, u, 0); }
     static T visible_factor(const Vec3<T>& wo, T stretched_wo) { return 2 / (wo.z + stretched_wo); }
 
     /// The same, but hardly ever one that mirrors wo to below the horizon: the density of the *mirrored direction* is
     /// distribution(m) · bounded_factor.
     /// source  Eto, Tokuyoshi, SIGGRAPH Asia 2023 Technical Communications
-    Vec3<T> sample_bounded(const Vec3<T>& wo, const Vec2<T>& u) const {
-        const Bound b(alpha, wo);
-        return facet(wo, u, b.upper / b.lower);
-    }
+    Vec3<T> sample_bounded(const Vec3<T>& wo, const Vec2<T>& u) const { return facet(wo, u, cut(wo)); }
     T bounded_factor(const Vec3<T>& wo, T stretched_wo) const {
-        const Bound b(alpha, wo);
-        return T(0.5) * b.lower / (b.upper * wo.z + stretched_wo * b.lower);
+        return T(0.5) / ((1 - cut(wo)) * wo.z + stretched_wo);
     }
 
 private:
-    /// How far below the horizon of the stretched sphere the cap of reflections still reaches, as a fraction.
-    struct Bound {
-        T upper, lower;
-        Bound(T alpha, const Vec3<T>& wo) {
-            const T s = 1 + std::sqrt(sin2(wo)), s2 = s * s, a2 = alpha * alpha;
-            upper = (1 - a2) * s2;
-            lower = s2 + a2 * wo.z * wo.z;
-        }
-    };
+    /// What the bound cuts off the part below the horizon of the cap of reflections, as a fraction of its height.
+    T cut(const Vec3<T>& wo) const {
+        const T s = 1 + std::sqrt(sin2(wo)), s2 = s * s, a2 = alpha * alpha, z2 = wo.z * wo.z;
+        return a2 * (s2 + z2) / (s2 + a2 * z2);
+    }
 
-    /// Halfway between the stretched wo and a point of the unit sphere above -lower · (the stretched wo's z).
-    Vec3<T> facet(const Vec3<T>& wo, const Vec2<T>& u, T lower) const {
+    /// Halfway between the stretched wo and a point of the unit sphere above -(1 - cut) · (the stretched wo's z).
+    Vec3<T> facet(const Vec3<T>& wo, const Vec2<T>& u, T cut) const {
         const T scale = 1 / stretched(wo), x = alpha * wo.x * scale, y = alpha * wo.y * scale, z = wo.z * scale;
-        const T depth = u.y * (1 + lower * z); // below the pole: 1 - depth² would lose small ones
-        const T r = std::sqrt(depth * glm::max(T(0), 2 - depth)), phi = 2 * pi<T> * u.x;
-        const Vec3<T> m(alpha * (x + r * std::cos(phi)), alpha * (y + r * std::sin(phi)), glm::max(T(0), z + 1 - depth));
+        // The point lies `depth` below the pole, and `height` above -z. Of 1 + z - depth and 2 - depth, which r needs, not
+        // much may be left: so they are put together from what is.
+        const T depth = u.y * (1 + (1 - cut) * z), height = (1 - u.y) * (1 + z) + u.y * cut * z;
+        const T r = std::sqrt(depth * (height + (x * x + y * y) / (1 + z))), phi = 2 * pi<T> * u.x;
+        const Vec3<T> m(alpha * (x + r * std::cos(phi)), alpha * (y + r * std::sin(phi)), height);
         const T length2 = dot(m, m);
         return length2 > 0 ? m / std::sqrt(length2) : Vec3<T>(0, 0, 1);
     }

@@ -148,7 +148,7 @@ private:
                 left = glm::max(T(0), 1 - (b.f0_max_ * T(albedo.x) + p.specular * T(albedo.y)) * (1 + b.f0_max_ * miss));
             }
             // Facets stand otherwise than their mean: rough ones are seen less grazingly.
-            const T weight = b.smooth_ ? schlick_weight(wo.z) : schlick_weight(wo.z + b.facets_.alpha * (T(0.6) - wo.z));
+            const T weight = b.smooth_ ? schlick_weight(wo.z) : schlick_weight(wo.z + b.facets_.alpha * T(0.7) * (T(0.6) - wo.z));
             if (reflects) {
                 reflection = base * max_component(b.opaque_reflectance(weight));
                 if (!b.smooth_) reflection = glm::max(reflection, T(0.02) * base);
