@@ -150,6 +150,57 @@ TEST_CASE_TEMPLATE("environment: samples follow the pdf (chi-square) and give th
     }
 }
 
+TEST_CASE("environment beside BSDF samples: follows its pdf (chi-square), leaves a constant alone, and with an even strategy finds all light") {
+    constexpr std::uint64_t seed = 33;
+    INFO("seed " << seed);
+    for (const Map& m : maps()) {
+        CAPTURE(m.name);
+        const auto light = m.light<double>();
+        const double integral = 4 * pi<double> * sphere_mean(m, [&](const Vec3d& d) { return light.pdf(d, Companion::bsdf); });
+        if (light.mean_luminance(Companion::bsdf) < 1e-6) { // a constant, rounded
+            CHECK(m.name != "sun");
+            continue;
+        }
+        CHECK(integral == doctest::Approx(1).epsilon(2e-3));
+        constexpr int n = 200000, rows = 24, columns = 48; // bins that cells fit into
+        std::vector<double> observed(rows * columns), expected(rows * columns);
+        const auto bin = [&](const Vec3d& d) {
+            const double turn = m.rotation * pi<double> / 180;
+            const Vec3d w(std::cos(turn) * d.x + std::sin(turn) * d.z, d.y, std::cos(turn) * d.z - std::sin(turn) * d.x);
+            const int y = std::clamp(int(std::atan2(std::hypot(w.x, w.z), w.y) / pi<double> * rows), 0, rows - 1);
+            const int x = std::clamp(int((std::atan2(w.z, w.x) / (2 * pi<double>) + 0.5) * columns), 0, columns - 1);
+            return std::size_t(y * columns + x);
+        };
+        double total = 0;
+        sphere_mean(m, [&](const Vec3d& d) {
+            const double e = light.pdf(d, Companion::bsdf) * std::hypot(d.x, d.z);
+            expected[bin(d)] += e;
+            total += e;
+            return 0.0;
+        });
+        for (double& e : expected) e *= n / total;
+        Random random(seed);
+        Moments found; // balance heuristic, one sample each
+        int different = 0;
+        for (int i = 0; i < n; ++i) {
+            const auto s = light.sample(Vec2d(random.uniform(), random.uniform()), Companion::bsdf);
+            REQUIRE(s.pdf > 0);
+            different += !(std::abs(s.pdf / light.pdf(s.wi, Companion::bsdf) - 1) < 1e-9);
+            ++observed[bin(s.wi)];
+            const double even = 1 / (4 * pi<double>);
+            const Vec3d d = square_to_uniform_sphere(Vec2d(random.uniform(), random.uniform()));
+            found.add(luminance(s.radiance) / (s.pdf + even) + luminance(light.radiance(d)) / (even + light.pdf(d, Companion::bsdf)));
+        }
+        CHECK(different == 0);
+        if (m.width > 1) CHECK(chi_square_test(observed, expected) > min_p / 7);
+        const double truth = 4 * pi<double> * luminance(sphere_mean(m, [&](const Vec3d& d) { return light.radiance(d); }));
+        CHECK(std::abs(found.mean() - truth) < max_z * found.standard_error() + 1e-3 * truth);
+    }
+    const EnvironmentLight<float> sky({}, 0, 0, Vec3f(1, 2, 3), 30);
+    CHECK(sky.pdf({0, 1, 0}, Companion::bsdf) == 0);
+    CHECK(sky.sample({0.2f, 0.9f}, Companion::bsdf).pdf == 0);
+}
+
 TEST_CASE("environment: a constant without a map, and black ones") {
     const EnvironmentLight<float> sky({}, 0, 0, Vec3f(1, 2, 3), 30);
     CHECK(sky.radiance({0, 0, 1}) == Vec3f(1, 2, 3));

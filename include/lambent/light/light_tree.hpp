@@ -40,6 +40,7 @@ public:
         for (std::uint32_t i = 0; i < lights.size(); ++i)
             if (lights[i].intensity > 0) order.push_back(i);
         if (order.empty()) return;
+        for (const std::uint32_t i : order) brightest_ = std::max(brightest_, lights[i].intensity);
         nodes_.reserve(order.size() / 4 + 1);
         build(lights, order, 0, 0);
     }
@@ -177,7 +178,7 @@ private:
         return all;
     }
 
-    static void set_lane(Node& node, std::size_t lane, const LightBounds<T>& b, std::uint32_t child) {
+    void set_lane(Node& node, std::size_t lane, const LightBounds<T>& b, std::uint32_t child) const {
         const Vec3<T> center = b.box.center(), half = b.box.size() / T(2);
         for (std::size_t axis = 0; axis < 3; ++axis) {
             node.center[axis][lane] = center[int(axis)];
@@ -187,13 +188,15 @@ private:
         node.cos_normals[lane] = b.cos_normals;
         node.sin_normals[lane] = safe_sqrt(1 - b.cos_normals * b.cos_normals);
         node.cos_emission[lane] = b.cos_emission;
-        node.intensity[lane] = b.sides == LightBounds<T>::Sides::both ? -b.intensity : b.intensity;
+        const T intensity = std::max(b.intensity / brightest_, T(1e-20)); // so that no weight overflows or vanishes
+        node.intensity[lane] = b.sides == LightBounds<T>::Sides::both ? -intensity : intensity;
         node.children[lane] = child;
     }
 
     /// From this level on groups are of equal size, so that a trail has room for any number of lights.
     static constexpr int last_shaped_level = 10;
 
+    T brightest_ = 0;
     std::vector<Node> nodes_;
     std::vector<std::uint64_t> trails_; ///< of each light: the lanes on the way to it, the root's lowest
 };
