@@ -18,7 +18,7 @@ using lambent_test::TemporaryFolder;
 
 namespace {
 
-const std::string scenes_folder = std::string(LAMBENT_SHARED_DIR) + "/scenes/";
+const std::string exr_scenes = std::string(LAMBENT_SHARED_DIR) + "/scenes/";
 
 ExrImage noise_image(ExrType type) {
     std::mt19937 random(3);
@@ -246,17 +246,17 @@ TEST_CASE("EXR: other renderers' names") {
 }
 
 TEST_CASE("EXR: shared images and damaged files") {
-    if (!std::filesystem::exists(scenes_folder + "exr_images")) return lambent_test::skip("EXR images: no folder");
-    const ExrImage all = read_exr(scenes_folder + "exr_images/AllHalfValues.exr");
+    if (!std::filesystem::exists(exr_scenes + "exr_images")) return lambent_test::skip("EXR images: no folder");
+    const ExrImage all = read_exr(exr_scenes + "exr_images/AllHalfValues.exr");
     CHECK(all.width == 256);
     CHECK(all.find("G")->type == ExrType::half);
     CHECK(std::count_if(all.find("G")->values.begin(), all.find("G")->values.end(),
                         [](float v) { return !is_finite(v); }) == 2048);
-    CHECK(read_exr(scenes_folder + "exr_images/WideFloatRange.exr").find("G")->values.size() == 250000);
-    CHECK(read_exr(scenes_folder + "exr_images/BrightRingsNanInf.exr").width == 800);
-    CHECK(read_exr(scenes_folder + "exr_images/GammaChart.exr").height == 800);
+    CHECK(read_exr(exr_scenes + "exr_images/WideFloatRange.exr").find("G")->values.size() == 250000);
+    CHECK(read_exr(exr_scenes + "exr_images/BrightRingsNanInf.exr").width == 800);
+    CHECK(read_exr(exr_scenes + "exr_images/GammaChart.exr").height == 800);
     std::size_t files = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(scenes_folder + "malformed/exr")) {
+    for (const auto& entry : std::filesystem::directory_iterator(exr_scenes + "malformed/exr")) {
         const std::string path = entry.path().string();
         CAPTURE(path);
         ++files;
@@ -268,8 +268,8 @@ TEST_CASE("EXR: shared images and damaged files") {
         }
     }
     CHECK(files == 10);
-    CHECK_THROWS_AS(read_exr(scenes_folder + "exr_images/GammaChart.exr", 639999), Error);
-    CHECK_THROWS_AS(read_exr(scenes_folder + "README.md"), Error);
+    CHECK_THROWS_AS(read_exr(exr_scenes + "exr_images/GammaChart.exr", 639999), Error);
+    CHECK_THROWS_AS(read_exr(exr_scenes + "README.md"), Error);
 }
 
 TEST_CASE("environments: EXR and HDR agree with their pictures; bad values become 0 and are counted") {
@@ -292,17 +292,17 @@ TEST_CASE("environments: EXR and HDR agree with their pictures; bad values becom
     CHECK_THROWS_AS(read_environment(folder.file("rg.exr")), Error);
     CHECK_THROWS_AS(read_environment(folder.write("sky.png", "\x89PNG\r\n\x1a\n")), Error);
 
-    if (!std::filesystem::exists(scenes_folder + "environments"))
+    if (!std::filesystem::exists(exr_scenes + "environments"))
         return lambent_test::skip("environments: no folder");
-    const Environment courtyard = read_environment(scenes_folder + "environments/courtyard.exr"); // DWAB
-    const Environment smaller = read_environment(scenes_folder + "environments/courtyard_512_zip.exr");
+    const Environment courtyard = read_environment(exr_scenes + "environments/courtyard.exr"); // DWAB
+    const Environment smaller = read_environment(exr_scenes + "environments/courtyard_512_zip.exr");
     CHECK(courtyard.width == 1024);
     CHECK(smaller.width == 512);
     Vec3d a(0), b(0);
     for (const Vec3f& p : courtyard.map) a += Vec3d(p) / double(courtyard.map.size());
     for (const Vec3f& p : smaller.map) b += Vec3d(p) / double(smaller.map.size());
     CHECK(max_component(abs(a - b)) < 1e-2 * max_component(a));
-    const Environment puresky = read_environment(scenes_folder + "environments/qwantani_afternoon_puresky_1k.hdr");
+    const Environment puresky = read_environment(exr_scenes + "environments/qwantani_afternoon_puresky_1k.hdr");
     CHECK(puresky.width == 1024);
     CHECK(puresky.height == 512);
     double above = 0, below = 0, sun = 0;

@@ -154,10 +154,10 @@ TEST_CASE("MTL: mirrors, glass, coverage, and the extension for physically based
     CHECK(gold.metallic == 1);
     CHECK(gold.base_color == Vec3f(1, 0.8f, 0.3f));
     CHECK(gold.roughness == 0);
-    const MtlSurface half = surface_of_text("Kd 0.25\nKs 0.25\nNs 0\nillum 5");
-    CHECK(half.metallic == 0.5f);
-    CHECK(half.base_color == Vec3f(0.5f));
-    CHECK(half.roughness == 1);
+    const MtlSurface mixed = surface_of_text("Kd 0.25\nKs 0.25\nNs 0\nillum 5");
+    CHECK(mixed.metallic == 0.5f);
+    CHECK(mixed.base_color == Vec3f(0.5f));
+    CHECK(mixed.roughness == 1);
     CHECK(surface_of_text("Kd 0.5\nKs 0\nillum 3").metallic == 0);
 
     for (const char* model : {"4", "6", "7", "9"}) {
