@@ -137,6 +137,24 @@ TEST_CASE("EXR: what is refused, and in which words") {
     }
 }
 
+TEST_CASE("EXR: attributes whose sizes are not their types'") {
+    // Found by fuzzing: OpenEXR reads an attribute by its type, whatever size is stated, so that the next one's name and
+    // size may be anything; it then allocated 1.6 GB.
+    const std::string flat = exr_file({});
+    const auto attribute = [&](const std::string& type, const std::string& value) {
+        const std::string size{char(value.size()), 0, 0, 0};
+        return message(std::string(flat).insert(8, "x" + std::string(1, '\0') + type + '\0' + size + value));
+    };
+    CHECK(attribute("chlist", "B" + std::string(20, '\0')) == "sky: channel 'B' has a sampling rate of 0");
+    CHECK(attribute("chlist", std::string(2, '\0')) == "sky: bytes follow its list of channels");
+    for (const auto& [type, bytes] : {std::pair("int", 5), {"float", 3}, {"box2i", 12}, {"m44f", 63}, {"tiledesc", 8}})
+        CHECK(attribute(type, std::string(std::size_t(bytes), '\0')) ==
+              "sky: header attribute 'x' has " + std::to_string(bytes) + " bytes, which is wrong for its type '" + type + "'");
+    CHECK(attribute("preview", std::string("\xff\xff\xff\x7f\xff\xff\xff\x7f", 8)).find("wrong for its type") !=
+          std::string::npos);
+    CHECK(attribute("preview", std::string("\1\0\0\0\1\0\0\0", 8)).find("wrong for its type") != std::string::npos);
+}
+
 TEST_CASE("EXR: a file cut short anywhere is an error, and never more") {
     for (const int tile : {0, 16}) {
         const std::string whole = exr_file({.tile = tile});
