@@ -27,7 +27,8 @@ inline std::string chunk(const std::string& type, const std::string& data) {
     return big_endian(std::uint32_t(data.size())) + type + data + big_endian(slow_crc(type + data));
 }
 inline const std::string png_magic = "\x89PNG\r\n\x1a\n", png_end = chunk("IEND", "");
-inline std::string png_header(std::uint32_t width, std::uint32_t height, int bits = 8, int color = 2, int interlace = 0) {
+inline std::string png_header(std::uint32_t width, std::uint32_t height, int bits = 8, int color = 2,
+                              int interlace = 0) {
     return chunk("IHDR", big_endian(width) + big_endian(height) + char(bits) + char(color) + std::string(2, '\0') +
                              char(interlace));
 }

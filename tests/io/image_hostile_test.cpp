@@ -52,18 +52,19 @@ TEST_CASE("hostile PNG: structure, numbers and claims are checked before libpng 
     for (std::size_t size = 8; size < whole.size(); ++size)
         CHECK(texture(whole.substr(0, size)) == "t: the image is cut short");
     for (std::size_t at = 8; at < whole.size(); ++at) { // any bit: the checksum, or a length, tells
-        if (at >= whole.size() - 12) continue;           // the end is the end
+        if (at >= whole.size() - 12) continue;          // the end is the end
         CAPTURE(at);
         CHECK(texture(with(whole, at, std::string(1, char(whole[at] ^ 0x10)))) != "read");
     }
     CHECK(texture(png_magic + png_header(2, 2) + png_end).find("in 0 bytes") != std::string::npos);
-    const auto head = [&](auto... arguments) { return texture(png_file(png_header(std::uint32_t(arguments)...), raw)); };
+    const auto head = [&](auto... arguments) {
+        return texture(png_file(png_header(std::uint32_t(arguments)...), raw));
+    };
     CHECK(head(0, 2) == "t: an image of 0 x 2 pixels; allowed are 1 to 268435456");
     CHECK(head(60000, 60000) == "t: an image of 60000 x 60000 pixels; allowed are 1 to 268435456");
     CHECK(head(0x7fffffffu, 0x7fffffffu).find("allowed are") != std::string::npos);
     CHECK(head(0xffffffffu, 1).find("allowed are") != std::string::npos);
-    CHECK(head(16000, 16000) ==
-          "t: claims 16000 x 16000 pixels in 25 bytes of data; they take 744187 at the least");
+    CHECK(head(16000, 16000) == "t: claims 16000 x 16000 pixels in 25 bytes of data; they take 744187 at the least");
     CHECK(texture(png_file(png_header(2, 2, 3), raw)) == "t: PNG chunk IHDR has colour type 2 with 3 bits");
     CHECK(texture(png_file(png_header(2, 2, 0), raw)) == "t: PNG chunk IHDR has colour type 2 with 0 bits");
     CHECK(texture(png_file(png_header(2, 2, 8, 7), raw)) == "t: PNG chunk IHDR has colour type 7 with 8 bits");
@@ -75,8 +76,9 @@ TEST_CASE("hostile PNG: structure, numbers and claims are checked before libpng 
     CHECK(texture(png_file(png_header(2, 2) + chunk("PLTE", "abcd"), raw)) == "t: PNG chunk PLTE has 4 bytes");
     CHECK(texture(png_file(png_header(2, 2) + chunk("ABCD", ""), raw)) == "t: PNG chunk ABCD is unknown");
     CHECK(texture(png_file(png_header(2, 2) + chunk("\xff\x00zz", ""), raw)) == "t: damaged PNG chunks");
-    // What says nothing of pixels is not looked at: a profile and texts that inflate to gigabytes, Exif, wrong checksums.
-    check_good(texture(png_file(png_header(2, 2) + chunk("iCCP", "x") + chunk("zTXt", "k") + chunk("eXIf", "II*"), raw)));
+    // What says nothing of pixels is not looked at: a profile and texts that inflate to gigabytes, Exif, wrong sums.
+    check_good(
+        texture(png_file(png_header(2, 2) + chunk("iCCP", "x") + chunk("zTXt", "k") + chunk("eXIf", "II*"), raw)));
     check_good(texture(png_file(png_header(2, 2) + std::string("\0\0\0\1teXt?none", 13), raw)));
     check_good(texture(png_file(png_header(2, 2) + chunk("tRNS", "odd"), raw))); // a wrong transparency is none
 }
@@ -95,8 +97,7 @@ TEST_CASE("hostile JPEG: segments and claims are checked before libjpeg sees the
     CHECK(size(65535, 65535).find("allowed are 1 to 268435456") != std::string::npos);
     CHECK(size(0, 8).find("0 x 8") != std::string::npos);
     CHECK(size(16, 0).find("16 x 0") != std::string::npos); // its height would follow the scan
-    CHECK(size(16000, 16000) ==
-          "t: claims 16000 x 16000 pixels in 171 bytes of data; they take 1000000 at the least");
+    CHECK(size(16000, 16000) == "t: claims 16000 x 16000 pixels in 171 bytes of data; they take 1000000 at the least");
     for (const char marker : {'\xc3', '\xc5', '\xc9', '\xca', '\xcf'})
         CHECK(texture(with(jpeg_file, frame_at + 1, std::string(1, marker))) ==
               "t: a JPEG that is lossless, hierarchical or arithmetic-coded");
@@ -117,8 +118,11 @@ TEST_CASE("hostile JPEG: segments and claims are checked before libjpeg sees the
     for (int i = 0; i < 64; ++i) scans += scan;
     CHECK(texture(scans + "\xff\xd9") == "t: a JPEG of more than 64 scans");
     // Exif, profiles and comments are not looked at.
-    check_good(texture(with(jpeg_file, 0, "\xff\xd8").insert(2, std::string("\xff\xe1\0\x08" "Exif\0\xff", 10) +
-                                                               std::string("\xff\xfe\0\x03!", 5))));
+    check_good(texture(with(jpeg_file, 0, "\xff\xd8")
+                           .insert(2, std::string("\xff\xe1\0\x08"
+                                                  "Exif\0\xff",
+                                                  10) +
+                                          std::string("\xff\xfe\0\x03!", 5))));
 }
 
 TEST_CASE("images of other formats are refused by name") {
@@ -130,10 +134,21 @@ TEST_CASE("images of other formats are refused by name") {
     CHECK(name("\xabKTX 20\xbb\r\n\x1a\n") == "t: KTX2 images are not supported, only PNG and JPEG");
     CHECK(name("RIFF\x24\0\0\0WEBPVP8 "sv) == "t: WebP images are not supported, only PNG and JPEG");
     for (const auto& [bytes, format] : std::vector<std::pair<std::string_view, std::string>>{
-             {"GIF89a\1\0\1\0"sv, "GIF"}, {"II*\0\x08"sv, "TIFF"}, {"MM\0*"sv, "TIFF"}, {"DDS |"sv, "DDS"},
-             {"BM\x46\0"sv, "BMP"}, {"\0\0\2\0 pixels TRUEVISION-XFILE.\0"sv, "TGA"}, {"\0\0\1\0\1"sv, "ICO"},
-             {"\0\0\0\x20" "ftypavif"sv, "AVIF"}, {"\0\0\0\x0cjP  \r\n\x87\n"sv, "JPEG 2000"}, {"qoif"sv, "QOI"},
-             {"8BPS\0\1"sv, "PSD"}, {"P6\n1 1\n255\n"sv, "PPM"}, {"<svg xmlns"sv, "SVG"},
+             {"GIF89a\1\0\1\0"sv, "GIF"},
+             {"II*\0\x08"sv, "TIFF"},
+             {"MM\0*"sv, "TIFF"},
+             {"DDS |"sv, "DDS"},
+             {"BM\x46\0"sv, "BMP"},
+             {"\0\0\2\0 pixels TRUEVISION-XFILE.\0"sv, "TGA"},
+             {"\0\0\1\0\1"sv, "ICO"},
+             {"\0\0\0\x20"
+              "ftypavif"sv,
+              "AVIF"},
+             {"\0\0\0\x0cjP  \r\n\x87\n"sv, "JPEG 2000"},
+             {"qoif"sv, "QOI"},
+             {"8BPS\0\1"sv, "PSD"},
+             {"P6\n1 1\n255\n"sv, "PPM"},
+             {"<svg xmlns"sv, "SVG"},
              {"version https://git-lfs.github.com/spec/v1\n"sv, "Git LFS pointer"}})
         CHECK(name(bytes) == "t: " + format + " images are not supported, only PNG and JPEG");
     CHECK(name("#?RADIANCE\n") == "t: EXR and Radiance HDR images are read as environments only");
@@ -163,25 +178,32 @@ TEST_CASE("Radiance HDR: every order of pixels, plain and run-length encoded, ag
                     CHECK(image.pixels[std::size_t(3 * y + x)] == Vec3f(float(128 + 16 * y + x), 64, 1) / 64.0f);
         }
     const std::string head = "#?RGBE\n\n-Y 1 +X 10\n";
-    const std::string runs = std::string("\2\2\0\x0a", 4) + "\x8a\xc8" "\x83\x40\x07" "ABCDEFG" "\x8a\1" "\x8a\x88";
+    const std::string runs = std::string("\2\2\0\x0a", 4) + "\x8a\xc8"
+                                                            "\x83\x40\x07"
+                                                            "ABCDEFG"
+                                                            "\x8a\1"
+                                                            "\x8a\x88";
     const HdrImage image = decode_hdr(head + runs, "t");
     CHECK(image.pixels[2] == Vec3f(200, 64, 1));
     CHECK(image.pixels[3] == Vec3f(200, 'A', 1));
     CHECK(image.pixels[9] == Vec3f(200, 'G', 1));
     CHECK(decode_hdr(head + std::string(40, '\0'), "t").pixels[9] == Vec3f(0));
 
-    const auto changed = [&](std::size_t at, char by) { return hdr(with(head + runs, head.size() + at, std::string(1, by))); };
+    const auto changed = [&](std::size_t at, char by) {
+        return hdr(with(head + runs, head.size() + at, std::string(1, by)));
+    };
     CHECK(changed(3, '\x0b') == "t: a damaged HDR file: the length of a scan line is wrong");
     CHECK(changed(4, '\x8b') == "t: a damaged HDR file: a run leaves its scan line");
     CHECK(changed(4, '\x80') == "t: a damaged HDR file: a run leaves its scan line"); // 128 values as they are
-    CHECK(changed(18, '\x0a') == "t: the HDR file is cut short"); // 10 values as they are
+    CHECK(changed(18, '\x0a') == "t: the HDR file is cut short");                     // 10 values as they are
     CHECK(changed(4, '\0') == "t: a damaged HDR file: a run leaves its scan line");
     for (std::size_t size = 2; size < head.size() + runs.size(); ++size)
         CHECK(hdr((head + runs).substr(0, size)) != "read");
     CHECK(hdr(head + std::string(4, '\1') + std::string(36, '\x80')).find("before 1991") != std::string::npos);
     CHECK(hdr("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\nabcd") ==
           "t: an HDR file of FORMAT=32-bit_rle_xyze; allowed is FORMAT=32-bit_rle_rgbe");
-    for (const char* size : {"-Y 1 +Y 1", "-Y 1", "-Y -1 +X 1", "-Y 1 +X 1 ", "Y 1 X 1", "-Y 99999999999 +X 1", "", "-Y 1+X 1"})
+    for (const char* size :
+         {"-Y 1 +Y 1", "-Y 1", "-Y -1 +X 1", "-Y 1 +X 1 ", "Y 1 X 1", "-Y 99999999999 +X 1", "", "-Y 1+X 1"})
         CHECK(hdr(std::string("#?RGBE\n\n") + size + "\nabcd").find("needs its size as") != std::string::npos);
     CHECK(hdr("#?RGBE\n\n-Y 0 +X 1\nabcd").find("1 x 0 pixels") != std::string::npos);
     CHECK(hdr("#?RGBE\n\n-Y 16000 +X 16000\nabcd") ==
@@ -230,7 +252,8 @@ TEST_CASE("files: what is none is an error at once, through every reader") {
     CHECK(read(folder.file(std::string(300, 'x'))).find("File name too long") != std::string::npos);
     CHECK(read(std::string(100000, 'x')).find("File name too long") != std::string::npos);
     CHECK(read(folder.file("a") + std::string("\0.hdr", 5)).ends_with("a…: a file's name cannot hold a zero byte"));
-    ends(read(folder.write("\xff\xfe.hdr", "#?RGBE\n\n-Y 1 +X 1\n")), ": claims 1 x 1 pixels in 0 bytes of data; they take 4 at the least");
+    ends(read(folder.write("\xff\xfe.hdr", "#?RGBE\n\n-Y 1 +X 1\n")),
+         ": claims 1 x 1 pixels in 0 bytes of data; they take 4 at the least");
     std::filesystem::create_symlink(folder.file("loop2"), folder.file("loop1"));
     std::filesystem::create_symlink(folder.file("loop1"), folder.file("loop2"));
     CHECK(read(folder.file("loop1")).find("Too many levels of symbolic links") != std::string::npos);
