@@ -45,19 +45,24 @@ seed() { # TARGET extensions...
     done
 }
 
+make_seeds() { # TARGET: small files of each kind
+    build seeds tests/fuzz/seeds.cpp
+    "$work/seeds" "$1" "$work/corpus/$1"
+}
+
 passed=0 failed=0
 for target in "$@"; do
     length=65536 flags=
     case $target in
     exr)
         seed exr exr
-        build seeds tests/fuzz/seeds.cpp
-        "$work/seeds" "$work/corpus/exr"
+        make_seeds exr
         length=16384
         ;;
     gltf) seed gltf gltf glb ;;
     image)
         seed image png jpg jpeg hdr
+        make_seeds image
         flags='-DLAMBENT_HAS_OIIO=1 -lOpenImageIO -lOpenImageIO_Util'
         ;;
     *) seed "$target" "$target" ;;

@@ -1,5 +1,5 @@
-// libFuzzer target: EXR files. Must give an image of its own size, or an Error. Seeds: the shared .exr files, and one of
-// each kind.
+// libFuzzer target: EXR files. Must give an image of its own size, or an Error. Seeds: the shared .exr files, and one
+// of each kind.
 #include <lambent/io/environment.hpp>
 #include <lambent/io/exr_read.hpp>
 #include <cstddef>

@@ -1,5 +1,5 @@
-// libFuzzer target: .gltf and .glb files. Must give a scene whose indices lead somewhere, or an Error. Seeds: the shared
-// files.
+// libFuzzer target: .gltf and .glb files. Must give a scene whose indices lead somewhere, or an Error. Seeds: the
+// shared files.
 #include <lambent/core/parallel.hpp>
 #include <lambent/io/gltf.hpp>
 #include <cstddef>

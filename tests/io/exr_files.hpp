@@ -47,15 +47,14 @@ struct ExrKind {
     Imf::LevelMode levels = Imf::ONE_LEVEL;
     Imath::Box2i data{{0, 0}, {36, 20}}, display{{0, 0}, {36, 20}};
     std::vector<std::string> channels{"R", "G", "B"};
-    int sampling = 1;    ///< of one more channel, "sparse", where it is above 1
-    std::string part{};  ///< name
+    int sampling = 1;   ///< of one more channel, "sparse", where it is above 1
+    std::string part{}; ///< name
 };
 
 inline Imf::Header exr_header(const ExrKind& kind) {
     Imf::Header header(kind.display, kind.data, 1, {0, 0}, 1, kind.order, kind.compression);
     for (const std::string& name : kind.channels) header.channels().insert(name, Imf::Channel(kind.type));
-    if (kind.sampling > 1)
-        header.channels().insert("sparse", Imf::Channel(kind.type, kind.sampling, kind.sampling));
+    if (kind.sampling > 1) header.channels().insert("sparse", Imf::Channel(kind.type, kind.sampling, kind.sampling));
     if (kind.tile > 0)
         header.setTileDescription({unsigned(kind.tile), unsigned(kind.tile), kind.levels, Imf::ROUND_DOWN});
     if (!kind.part.empty()) {

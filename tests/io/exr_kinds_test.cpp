@@ -34,7 +34,8 @@ double worst(const Environment& sky, const Imath::Box2i& window, int offset = 0)
 /// What a compression may lose, of half and of float; integers are never touched.
 double loss(Imf::Compression compression, Imf::PixelType type) {
     if (type == Imf::UINT) return 0;
-    if (compression == Imf::B44_COMPRESSION || compression == Imf::B44A_COMPRESSION) return type == Imf::HALF ? 0.02 : 0;
+    if (compression == Imf::B44_COMPRESSION || compression == Imf::B44A_COMPRESSION)
+        return type == Imf::HALF ? 0.02 : 0;
     if (compression == Imf::DWAA_COMPRESSION || compression == Imf::DWAB_COMPRESSION) return 0.05;
     return 0; // PXR24 keeps 16 bits of a float's mantissa: all of these numbers
 }
@@ -129,12 +130,31 @@ TEST_CASE("EXR: what is refused, and in which words") {
           change(flat, window, 8, huge), change(tiles, tile, 4, huge), change(tiles, tile, 8, huge),
           change(tiles, tile, 4, std::string(4, '\0')), change(tiles, tile, 12, "\7"),
           change(flat, std::string("compression\0compression\0", 24), 4, "\x0a"), // no such compression
-          change(flat, std::string("channels\0chlist\0", 16), 0, huge),          // the attribute's own size
-          change(flat, std::string("channels\0chlist\0", 16), 6, "\x09"),        // a channel's type
+          change(flat, std::string("channels\0chlist\0", 16), 0, huge),           // the attribute's own size
+          change(flat, std::string("channels\0chlist\0", 16), 6, "\x09"),         // a channel's type
           change(flat, std::string("lineOrder\0lineOrder\0", 20), 0, "\2")}) {
         CHECK(message(bytes) != "none");
         CHECK(message(bytes, std::size_t(1) << 62) != "none");
     }
+}
+
+TEST_CASE("EXR: attributes whose sizes are not their types'") {
+    // Found by fuzzing: OpenEXR reads an attribute by its type, whatever size is stated, so that the next one's name
+    // and size may be anything; it then allocated 1.6 GB.
+    const std::string flat = exr_file({});
+    const auto attribute = [&](const std::string& type, const std::string& value) {
+        const std::string size{char(value.size()), 0, 0, 0};
+        return message(std::string(flat).insert(8, "x" + std::string(1, '\0') + type + '\0' + size + value));
+    };
+    CHECK(attribute("chlist", "B" + std::string(20, '\0')) == "sky: channel 'B' has a sampling rate of 0");
+    CHECK(attribute("chlist", std::string(2, '\0')) == "sky: bytes follow its list of channels");
+    for (const auto& [type, bytes] : {std::pair("int", 5), {"float", 3}, {"box2i", 12}, {"m44f", 63}, {"tiledesc", 8}})
+        CHECK(attribute(type, std::string(std::size_t(bytes), '\0')) ==
+              "sky: header attribute 'x' has " + std::to_string(bytes) + " bytes, which is wrong for its type '" +
+                  type + "'");
+    CHECK(attribute("preview", std::string("\xff\xff\xff\x7f\xff\xff\xff\x7f", 8)).find("wrong for its type") !=
+          std::string::npos);
+    CHECK(attribute("preview", std::string("\1\0\0\0\1\0\0\0", 8)).find("wrong for its type") != std::string::npos);
 }
 
 TEST_CASE("EXR: a file cut short anywhere is an error, and never more") {
@@ -149,9 +169,9 @@ TEST_CASE("EXR: a file cut short anywhere is an error, and never more") {
 
 TEST_CASE("EXR: few bytes don't claim many pixels, and a constant image is no claim") {
     // A deep zoom of nothing: 16 Mi pixels of one colour, as densely as each compression packs them.
-    for (const Imf::Compression compression :
-         {Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION, Imf::ZIP_COMPRESSION, Imf::PIZ_COMPRESSION, Imf::PXR24_COMPRESSION,
-          Imf::B44_COMPRESSION, Imf::B44A_COMPRESSION, Imf::DWAA_COMPRESSION, Imf::DWAB_COMPRESSION})
+    for (const Imf::Compression compression : {Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION, Imf::ZIP_COMPRESSION,
+                                               Imf::PIZ_COMPRESSION, Imf::PXR24_COMPRESSION, Imf::B44_COMPRESSION,
+                                               Imf::B44A_COMPRESSION, Imf::DWAA_COMPRESSION, Imf::DWAB_COMPRESSION})
         for (const Imf::PixelType type : {Imf::HALF, Imf::FLOAT}) {
             std::string bytes;
             ExrMemory memory(bytes);
@@ -178,8 +198,7 @@ TEST_CASE("EXR: few bytes don't claim many pixels, and a constant image is no cl
 }
 
 TEST_CASE("environments: every shared EXR and HDR") {
-    if (!std::filesystem::exists(scenes_folder + "environments"))
-        return skip("environments: no folder");
+    if (!std::filesystem::exists(scenes_folder + "environments")) return skip("environments: no folder");
     for (const auto& entry : std::filesystem::directory_iterator(scenes_folder + "environments")) {
         CAPTURE(entry.path().string());
         const Environment sky = read_environment(entry.path().string());

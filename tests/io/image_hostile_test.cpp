@@ -1,6 +1,7 @@
 #include <lambent/io/environment.hpp>
 #include <lambent/io/hdr.hpp>
 #include <lambent/io/image.hpp>
+#include <io/image_files.hpp>
 #include <support/skip.hpp>
 #include <support/temporary_folder.hpp>
 #include <doctest/doctest.h>
@@ -38,58 +39,6 @@ std::string hdr(const std::string& bytes, std::size_t max_pixels = std::size_t(1
 const std::string good = can_read_images() ? "read" : "t: this program was built without OpenImageIO";
 void check_good(const std::string& found) { CHECK(found.substr(0, good.size()) == good); }
 
-std::string big_endian(std::uint32_t n, int bytes = 4) {
-    std::string text;
-    for (int i = bytes - 1; i >= 0; --i) text += char(n >> (8 * i) & 0xff);
-    return text;
-}
-
-/// By the definition: division of polynomials, bit by bit.
-std::uint32_t slow_crc(const std::string& bytes) {
-    std::uint32_t r = 0xffffffffu;
-    for (const char c : bytes)
-        for (int bit = 0; bit < 8; ++bit) {
-            const bool out = ((r ^ (std::uint32_t(static_cast<unsigned char>(c)) >> bit)) & 1) != 0;
-            r = r >> 1 ^ (out ? 0xedb88320u : 0);
-        }
-    return ~r;
-}
-
-std::string chunk(const std::string& type, const std::string& data) {
-    return big_endian(std::uint32_t(data.size())) + type + data + big_endian(slow_crc(type + data));
-}
-const std::string png_magic = "\x89PNG\r\n\x1a\n", png_end = chunk("IEND", "");
-std::string header(std::uint32_t width, std::uint32_t height, int bits = 8, int color = 2, int interlace = 0) {
-    return chunk("IHDR", big_endian(width) + big_endian(height) + char(bits) + char(color) + std::string(2, '\0') +
-                             char(interlace));
-}
-/// zlib of blocks that are stored as they are.
-std::string stored(const std::string& raw) {
-    std::uint32_t a = 1, b = 0;
-    for (const char c : raw) {
-        a = (a + static_cast<unsigned char>(c)) % 65521;
-        b = (b + a) % 65521;
-    }
-    const std::uint32_t n = std::uint32_t(raw.size());
-    const auto little = [](std::uint32_t v) { return std::string{char(v & 0xff), char(v >> 8)}; };
-    return std::string("\x78\x01\x01", 3) + little(n) + little(~n & 0xffff) + raw + big_endian(b << 16 | a);
-}
-std::string png(const std::string& head, const std::string& raw) {
-    return png_magic + head + chunk("IDAT", stored(raw)) + png_end;
-}
-
-/// 16 x 8 grey pixels, baseline, 171 bytes.
-constexpr unsigned char grey_jpeg[] = {
-    0xff, 0xd8, 0xff, 0xe0, 0x00, 0x10, 0x4a, 0x46, 0x49, 0x46, 0x00, 0x01, 0x01, 0x00, 0x00, 0x01, 0x00, 0x01, 0x00,
-    0x00, 0xff, 0xdb, 0x00, 0x43, 0x00, 0x10, 0x0b, 0x0c, 0x0e, 0x0c, 0x0a, 0x10, 0x0e, 0x0d, 0x0e, 0x12, 0x11, 0x10,
-    0x13, 0x18, 0x28, 0x1a, 0x18, 0x16, 0x16, 0x18, 0x31, 0x23, 0x25, 0x1d, 0x28, 0x3a, 0x33, 0x3d, 0x3c, 0x39, 0x33,
-    0x38, 0x37, 0x40, 0x48, 0x5c, 0x4e, 0x40, 0x44, 0x57, 0x45, 0x37, 0x38, 0x50, 0x6d, 0x51, 0x57, 0x5f, 0x62, 0x67,
-    0x68, 0x67, 0x3e, 0x4d, 0x71, 0x79, 0x70, 0x64, 0x78, 0x5c, 0x65, 0x67, 0x63, 0xff, 0xc0, 0x00, 0x0b, 0x08, 0x00,
-    0x08, 0x00, 0x10, 0x01, 0x01, 0x11, 0x00, 0xff, 0xc4, 0x00, 0x15, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00,
-    0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x04, 0x05, 0xff, 0xc4, 0x00, 0x18, 0x10, 0x00, 0x02, 0x03,
-    0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x04, 0x05, 0x22, 0x31, 0xff,
-    0xda, 0x00, 0x08, 0x01, 0x01, 0x00, 0x00, 0x3f, 0x00, 0x02, 0xf0, 0x59, 0x42, 0x9a, 0xf0, 0x59, 0x43, 0xff, 0xd9};
-const std::string jpeg(reinterpret_cast<const char*>(grey_jpeg), sizeof grey_jpeg);
 constexpr std::size_t frame_at = 89; ///< of 0xff 0xc0: marker, length, bits, height, width, components, …
 
 std::string with(std::string bytes, std::size_t at, const std::string& by) { return bytes.replace(at, by.size(), by); }
@@ -98,77 +47,82 @@ std::string with(std::string bytes, std::size_t at, const std::string& by) { ret
 
 TEST_CASE("hostile PNG: structure, numbers and claims are checked before libpng sees them") {
     const std::string raw = std::string("\0\1\2\3\4\5\6\0\7\x8\x9\xa\xb\xc", 14); // 2 x 2 RGB
-    const std::string whole = png(header(2, 2), raw);
+    const std::string whole = png_file(png_header(2, 2), raw);
     check_good(texture(whole));
     for (std::size_t size = 8; size < whole.size(); ++size)
         CHECK(texture(whole.substr(0, size)) == "t: the image is cut short");
     for (std::size_t at = 8; at < whole.size(); ++at) { // any bit: the checksum, or a length, tells
-        if (at >= whole.size() - 12) continue;           // the end is the end
+        if (at >= whole.size() - 12) continue;          // the end is the end
         CAPTURE(at);
         CHECK(texture(with(whole, at, std::string(1, char(whole[at] ^ 0x10)))) != "read");
     }
-    CHECK(texture(png_magic + header(2, 2) + png_end).find("in 0 bytes") != std::string::npos);
-    const auto head = [&](auto... arguments) { return texture(png(header(std::uint32_t(arguments)...), raw)); };
+    CHECK(texture(png_magic + png_header(2, 2) + png_end).find("in 0 bytes") != std::string::npos);
+    const auto head = [&](auto... arguments) {
+        return texture(png_file(png_header(std::uint32_t(arguments)...), raw));
+    };
     CHECK(head(0, 2) == "t: an image of 0 x 2 pixels; allowed are 1 to 268435456");
     CHECK(head(60000, 60000) == "t: an image of 60000 x 60000 pixels; allowed are 1 to 268435456");
     CHECK(head(0x7fffffffu, 0x7fffffffu).find("allowed are") != std::string::npos);
     CHECK(head(0xffffffffu, 1).find("allowed are") != std::string::npos);
-    CHECK(head(16000, 16000) ==
-          "t: claims 16000 x 16000 pixels in 25 bytes of data; they take 744187 at the least");
-    CHECK(texture(png(header(2, 2, 3), raw)) == "t: PNG chunk IHDR has colour type 2 with 3 bits");
-    CHECK(texture(png(header(2, 2, 0), raw)) == "t: PNG chunk IHDR has colour type 2 with 0 bits");
-    CHECK(texture(png(header(2, 2, 8, 7), raw)) == "t: PNG chunk IHDR has colour type 7 with 8 bits");
-    CHECK(texture(png(header(2, 2, 16, 3), raw)) == "t: PNG chunk IHDR has colour type 3 with 16 bits");
-    CHECK(texture(png(header(2, 2, 8, 2, 2), raw)) == "t: PNG chunk IHDR asks for an unknown method");
-    CHECK(texture(png(header(2, 2, 8, 3), raw)) == "t: PNG chunk IDAT comes before a palette");
-    CHECK(texture(png(header(2, 2) + header(2, 2), raw)) == "t: PNG chunk IHDR comes twice");
-    CHECK(texture(png(chunk("PLTE", "abc") + header(2, 2), raw)) == "t: PNG chunk PLTE comes before IHDR");
-    CHECK(texture(png(header(2, 2) + chunk("PLTE", "abcd"), raw)) == "t: PNG chunk PLTE has 4 bytes");
-    CHECK(texture(png(header(2, 2) + chunk("ABCD", ""), raw)) == "t: PNG chunk ABCD is unknown");
-    CHECK(texture(png(header(2, 2) + chunk("\xff\x00zz", ""), raw)) == "t: damaged PNG chunks");
-    // What says nothing of pixels is not looked at: a profile and texts that inflate to gigabytes, Exif, wrong checksums.
-    check_good(texture(png(header(2, 2) + chunk("iCCP", "x") + chunk("zTXt", "k") + chunk("eXIf", "II*"), raw)));
-    check_good(texture(png(header(2, 2) + std::string("\0\0\0\1teXt?none", 13), raw)));
-    check_good(texture(png(header(2, 2) + chunk("tRNS", "odd"), raw))); // a wrong transparency is none
+    CHECK(head(16000, 16000) == "t: claims 16000 x 16000 pixels in 25 bytes of data; they take 744187 at the least");
+    CHECK(texture(png_file(png_header(2, 2, 3), raw)) == "t: PNG chunk IHDR has colour type 2 with 3 bits");
+    CHECK(texture(png_file(png_header(2, 2, 0), raw)) == "t: PNG chunk IHDR has colour type 2 with 0 bits");
+    CHECK(texture(png_file(png_header(2, 2, 8, 7), raw)) == "t: PNG chunk IHDR has colour type 7 with 8 bits");
+    CHECK(texture(png_file(png_header(2, 2, 16, 3), raw)) == "t: PNG chunk IHDR has colour type 3 with 16 bits");
+    CHECK(texture(png_file(png_header(2, 2, 8, 2, 2), raw)) == "t: PNG chunk IHDR asks for an unknown method");
+    CHECK(texture(png_file(png_header(2, 2, 8, 3), raw)) == "t: PNG chunk IDAT comes before a palette");
+    CHECK(texture(png_file(png_header(2, 2) + png_header(2, 2), raw)) == "t: PNG chunk IHDR comes twice");
+    CHECK(texture(png_file(chunk("PLTE", "abc") + png_header(2, 2), raw)) == "t: PNG chunk PLTE comes before IHDR");
+    CHECK(texture(png_file(png_header(2, 2) + chunk("PLTE", "abcd"), raw)) == "t: PNG chunk PLTE has 4 bytes");
+    CHECK(texture(png_file(png_header(2, 2) + chunk("ABCD", ""), raw)) == "t: PNG chunk ABCD is unknown");
+    CHECK(texture(png_file(png_header(2, 2) + chunk("\xff\x00zz", ""), raw)) == "t: damaged PNG chunks");
+    // What says nothing of pixels is not looked at: a profile and texts that inflate to gigabytes, Exif, wrong sums.
+    check_good(
+        texture(png_file(png_header(2, 2) + chunk("iCCP", "x") + chunk("zTXt", "k") + chunk("eXIf", "II*"), raw)));
+    check_good(texture(png_file(png_header(2, 2) + std::string("\0\0\0\1teXt?none", 13), raw)));
+    check_good(texture(png_file(png_header(2, 2) + chunk("tRNS", "odd"), raw))); // a wrong transparency is none
 }
 
 TEST_CASE("hostile JPEG: segments and claims are checked before libjpeg sees them") {
-    check_good(texture(jpeg));
-    CHECK(texture(jpeg, 127) == "t: an image of 16 x 8 pixels; allowed are 1 to 127");
-    for (std::size_t size = 3; size < jpeg.size(); ++size) {
+    check_good(texture(jpeg_file));
+    CHECK(texture(jpeg_file, 127) == "t: an image of 16 x 8 pixels; allowed are 1 to 127");
+    for (std::size_t size = 3; size < jpeg_file.size(); ++size) {
         CAPTURE(size);
-        CHECK(texture(jpeg.substr(0, size)) == "t: the image is cut short");
+        CHECK(texture(jpeg_file.substr(0, size)) == "t: the image is cut short");
     }
-    REQUIRE(jpeg.substr(frame_at, 2) == "\xff\xc0");
+    REQUIRE(jpeg_file.substr(frame_at, 2) == "\xff\xc0");
     const auto size = [&](std::uint32_t width, std::uint32_t height) {
-        return texture(with(jpeg, frame_at + 5, big_endian(height, 2) + big_endian(width, 2)));
+        return texture(with(jpeg_file, frame_at + 5, big_endian(height, 2) + big_endian(width, 2)));
     };
     CHECK(size(65535, 65535).find("allowed are 1 to 268435456") != std::string::npos);
     CHECK(size(0, 8).find("0 x 8") != std::string::npos);
     CHECK(size(16, 0).find("16 x 0") != std::string::npos); // its height would follow the scan
-    CHECK(size(16000, 16000) ==
-          "t: claims 16000 x 16000 pixels in 171 bytes of data; they take 1000000 at the least");
+    CHECK(size(16000, 16000) == "t: claims 16000 x 16000 pixels in 171 bytes of data; they take 1000000 at the least");
     for (const char marker : {'\xc3', '\xc5', '\xc9', '\xca', '\xcf'})
-        CHECK(texture(with(jpeg, frame_at + 1, std::string(1, marker))) ==
+        CHECK(texture(with(jpeg_file, frame_at + 1, std::string(1, marker))) ==
               "t: a JPEG that is lossless, hierarchical or arithmetic-coded");
-    CHECK(texture(with(jpeg, frame_at + 4, "\x0c")) ==
+    CHECK(texture(with(jpeg_file, frame_at + 4, "\x0c")) ==
           "t: a JPEG of 1 components of 12 bits; allowed are 1, 3 or 4 of 8");
-    CHECK(texture(with(jpeg, frame_at + 9, "\x02")).find("of 2 components") != std::string::npos);
-    CHECK(texture(with(jpeg, frame_at + 9, "\x03")) == "t: the image is cut short"); // the frame's segment holds one
-    CHECK(texture(with(jpeg, 2, "\x01")) == "t: no known image format; supported are PNG and JPEG");
-    CHECK(texture(with(jpeg, 20, "\x01")) == "t: damaged JPEG segments at byte 20");
-    CHECK(texture(with(jpeg, 22, std::string(2, '\0'))) == "t: damaged JPEG segments at byte 20");
-    CHECK(texture(jpeg.substr(0, 20) + "\xff\xd9") == "t: a JPEG without a scan");
-    const std::string frame = jpeg.substr(frame_at, 13), scan = jpeg.substr(151, 10);
+    CHECK(texture(with(jpeg_file, frame_at + 9, "\x02")).find("of 2 components") != std::string::npos);
+    CHECK(texture(with(jpeg_file, frame_at + 9, "\x03")) == "t: the image is cut short"); // the segment holds one
+    CHECK(texture(with(jpeg_file, 2, "\x01")) == "t: no known image format; supported are PNG and JPEG");
+    CHECK(texture(with(jpeg_file, 20, "\x01")) == "t: damaged JPEG segments at byte 20");
+    CHECK(texture(with(jpeg_file, 22, std::string(2, '\0'))) == "t: damaged JPEG segments at byte 20");
+    CHECK(texture(jpeg_file.substr(0, 20) + "\xff\xd9") == "t: a JPEG without a scan");
+    const std::string frame = jpeg_file.substr(frame_at, 13), scan = jpeg_file.substr(151, 10);
     REQUIRE(scan.substr(0, 2) == "\xff\xda");
-    CHECK(texture(jpeg.substr(0, frame_at) + frame + frame + jpeg.substr(frame_at + 13)) == "t: a JPEG with several frames");
-    CHECK(texture(jpeg.substr(0, frame_at) + scan + "\xff\xd9") == "t: a JPEG scan before its frame");
-    std::string scans = jpeg.substr(0, jpeg.size() - 2);
+    CHECK(texture(jpeg_file.substr(0, frame_at) + frame + jpeg_file.substr(frame_at)) ==
+          "t: a JPEG with several frames");
+    CHECK(texture(jpeg_file.substr(0, frame_at) + scan + "\xff\xd9") == "t: a JPEG scan before its frame");
+    std::string scans = jpeg_file.substr(0, jpeg_file.size() - 2);
     for (int i = 0; i < 64; ++i) scans += scan;
     CHECK(texture(scans + "\xff\xd9") == "t: a JPEG of more than 64 scans");
     // Exif, profiles and comments are not looked at.
-    check_good(texture(with(jpeg, 0, "\xff\xd8").insert(2, std::string("\xff\xe1\0\x08" "Exif\0\xff", 10) +
-                                                               std::string("\xff\xfe\0\x03!", 5))));
+    check_good(texture(with(jpeg_file, 0, "\xff\xd8")
+                           .insert(2, std::string("\xff\xe1\0\x08"
+                                                  "Exif\0\xff",
+                                                  10) +
+                                          std::string("\xff\xfe\0\x03!", 5))));
 }
 
 TEST_CASE("images of other formats are refused by name") {
@@ -180,10 +134,21 @@ TEST_CASE("images of other formats are refused by name") {
     CHECK(name("\xabKTX 20\xbb\r\n\x1a\n") == "t: KTX2 images are not supported, only PNG and JPEG");
     CHECK(name("RIFF\x24\0\0\0WEBPVP8 "sv) == "t: WebP images are not supported, only PNG and JPEG");
     for (const auto& [bytes, format] : std::vector<std::pair<std::string_view, std::string>>{
-             {"GIF89a\1\0\1\0"sv, "GIF"}, {"II*\0\x08"sv, "TIFF"}, {"MM\0*"sv, "TIFF"}, {"DDS |"sv, "DDS"},
-             {"BM\x46\0"sv, "BMP"}, {"\0\0\2\0 pixels TRUEVISION-XFILE.\0"sv, "TGA"}, {"\0\0\1\0\1"sv, "ICO"},
-             {"\0\0\0\x20" "ftypavif"sv, "AVIF"}, {"\0\0\0\x0cjP  \r\n\x87\n"sv, "JPEG 2000"}, {"qoif"sv, "QOI"},
-             {"8BPS\0\1"sv, "PSD"}, {"P6\n1 1\n255\n"sv, "PPM"}, {"<svg xmlns"sv, "SVG"},
+             {"GIF89a\1\0\1\0"sv, "GIF"},
+             {"II*\0\x08"sv, "TIFF"},
+             {"MM\0*"sv, "TIFF"},
+             {"DDS |"sv, "DDS"},
+             {"BM\x46\0"sv, "BMP"},
+             {"\0\0\2\0 pixels TRUEVISION-XFILE.\0"sv, "TGA"},
+             {"\0\0\1\0\1"sv, "ICO"},
+             {"\0\0\0\x20"
+              "ftypavif"sv,
+              "AVIF"},
+             {"\0\0\0\x0cjP  \r\n\x87\n"sv, "JPEG 2000"},
+             {"qoif"sv, "QOI"},
+             {"8BPS\0\1"sv, "PSD"},
+             {"P6\n1 1\n255\n"sv, "PPM"},
+             {"<svg xmlns"sv, "SVG"},
              {"version https://git-lfs.github.com/spec/v1\n"sv, "Git LFS pointer"}})
         CHECK(name(bytes) == "t: " + format + " images are not supported, only PNG and JPEG");
     CHECK(name("#?RADIANCE\n") == "t: EXR and Radiance HDR images are read as environments only");
@@ -213,25 +178,32 @@ TEST_CASE("Radiance HDR: every order of pixels, plain and run-length encoded, ag
                     CHECK(image.pixels[std::size_t(3 * y + x)] == Vec3f(float(128 + 16 * y + x), 64, 1) / 64.0f);
         }
     const std::string head = "#?RGBE\n\n-Y 1 +X 10\n";
-    const std::string runs = std::string("\2\2\0\x0a", 4) + "\x8a\xc8" "\x83\x40\x07" "ABCDEFG" "\x8a\1" "\x8a\x88";
+    const std::string runs = std::string("\2\2\0\x0a", 4) + "\x8a\xc8"
+                                                            "\x83\x40\x07"
+                                                            "ABCDEFG"
+                                                            "\x8a\1"
+                                                            "\x8a\x88";
     const HdrImage image = decode_hdr(head + runs, "t");
     CHECK(image.pixels[2] == Vec3f(200, 64, 1));
     CHECK(image.pixels[3] == Vec3f(200, 'A', 1));
     CHECK(image.pixels[9] == Vec3f(200, 'G', 1));
     CHECK(decode_hdr(head + std::string(40, '\0'), "t").pixels[9] == Vec3f(0));
 
-    const auto changed = [&](std::size_t at, char by) { return hdr(with(head + runs, head.size() + at, std::string(1, by))); };
+    const auto changed = [&](std::size_t at, char by) {
+        return hdr(with(head + runs, head.size() + at, std::string(1, by)));
+    };
     CHECK(changed(3, '\x0b') == "t: a damaged HDR file: the length of a scan line is wrong");
     CHECK(changed(4, '\x8b') == "t: a damaged HDR file: a run leaves its scan line");
     CHECK(changed(4, '\x80') == "t: a damaged HDR file: a run leaves its scan line"); // 128 values as they are
-    CHECK(changed(18, '\x0a') == "t: the HDR file is cut short"); // 10 values as they are
+    CHECK(changed(18, '\x0a') == "t: the HDR file is cut short");                     // 10 values as they are
     CHECK(changed(4, '\0') == "t: a damaged HDR file: a run leaves its scan line");
     for (std::size_t size = 2; size < head.size() + runs.size(); ++size)
         CHECK(hdr((head + runs).substr(0, size)) != "read");
     CHECK(hdr(head + std::string(4, '\1') + std::string(36, '\x80')).find("before 1991") != std::string::npos);
     CHECK(hdr("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\nabcd") ==
           "t: an HDR file of FORMAT=32-bit_rle_xyze; allowed is FORMAT=32-bit_rle_rgbe");
-    for (const char* size : {"-Y 1 +Y 1", "-Y 1", "-Y -1 +X 1", "-Y 1 +X 1 ", "Y 1 X 1", "-Y 99999999999 +X 1", "", "-Y 1+X 1"})
+    for (const char* size :
+         {"-Y 1 +Y 1", "-Y 1", "-Y -1 +X 1", "-Y 1 +X 1 ", "Y 1 X 1", "-Y 99999999999 +X 1", "", "-Y 1+X 1"})
         CHECK(hdr(std::string("#?RGBE\n\n") + size + "\nabcd").find("needs its size as") != std::string::npos);
     CHECK(hdr("#?RGBE\n\n-Y 0 +X 1\nabcd").find("1 x 0 pixels") != std::string::npos);
     CHECK(hdr("#?RGBE\n\n-Y 16000 +X 16000\nabcd") ==
@@ -280,7 +252,8 @@ TEST_CASE("files: what is none is an error at once, through every reader") {
     CHECK(read(folder.file(std::string(300, 'x'))).find("File name too long") != std::string::npos);
     CHECK(read(std::string(100000, 'x')).find("File name too long") != std::string::npos);
     CHECK(read(folder.file("a") + std::string("\0.hdr", 5)).ends_with("a…: a file's name cannot hold a zero byte"));
-    ends(read(folder.write("\xff\xfe.hdr", "#?RGBE\n\n-Y 1 +X 1\n")), ": claims 1 x 1 pixels in 0 bytes of data; they take 4 at the least");
+    ends(read(folder.write("\xff\xfe.hdr", "#?RGBE\n\n-Y 1 +X 1\n")),
+         ": claims 1 x 1 pixels in 0 bytes of data; they take 4 at the least");
     std::filesystem::create_symlink(folder.file("loop2"), folder.file("loop1"));
     std::filesystem::create_symlink(folder.file("loop1"), folder.file("loop2"));
     CHECK(read(folder.file("loop1")).find("Too many levels of symbolic links") != std::string::npos);

@@ -33,7 +33,8 @@ struct ExrHeader {
     std::uint32_t compression = 0, tile_width = 0, tile_height = 0, tile_mode = 0;
 
     bool has(std::string_view channel) const {
-        return std::any_of(channels.begin(), channels.end(), [&](const Channel& c) { return c.full && c.name == channel; });
+        return std::any_of(channels.begin(), channels.end(),
+                           [&](const Channel& c) { return c.full && c.name == channel; });
     }
 };
 
@@ -77,7 +78,9 @@ inline std::vector<ExrHeader::Channel> exr_channels(ExrBytes in) {
     std::vector<ExrHeader::Channel> channels;
     for (std::string_view name = in.text(); !name.empty(); name = in.text()) {
         const std::uint32_t type = in.u32();
-        require(type <= 2, [&] { return "channel '" + std::string(name) + "' is of the unknown type " + std::to_string(type); });
+        require(type <= 2, [&] {
+            return "channel '" + std::string(name) + "' is of the unknown type " + std::to_string(type);
+        });
         in.u32(); // perceptual linearity, of no concern
         const std::uint32_t x = in.u32(), y = in.u32();
         require(x > 0 && y > 0, [&] { return "channel '" + std::string(name) + "' has a sampling rate of 0"; });

@@ -29,7 +29,8 @@ inline Image decode_texture(std::string_view bytes, const std::string& name,
     const detail::BareImage bare =
         png ? detail::bare_png(bytes, name, max_pixels) : detail::bare_jpeg(bytes, name, max_pixels);
     require(can_read_images(), [&] {
-        return name + ": this program was built without OpenImageIO and cannot read " + (png ? "PNG" : "JPEG") + " images";
+        return name + ": this program was built without OpenImageIO and cannot read " + (png ? "PNG" : "JPEG") +
+               " images";
     });
     Image texture;
     texture.width = int(bare.width);
