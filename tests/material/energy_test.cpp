@@ -1,10 +1,10 @@
 #include "support/directions.hpp"
 #include "support/random.hpp"
-#include <lambent/material/standard.hpp>
-#include <support/statistics.hpp>
-#include <doctest/doctest.h>
 #include <algorithm>
 #include <cmath>
+#include <doctest/doctest.h>
+#include <lambent/material/standard.hpp>
+#include <support/statistics.hpp>
 
 using namespace lambent;
 using namespace lambent_test;
@@ -64,7 +64,8 @@ TEST_CASE("furnace: compensated white metal, plastic and sheets give back all th
             CAPTURE(cosine);
             CHECK(std::abs(scattered(metal, direction(cosine), 20000).x - 1) < 0.005);
             CHECK(std::abs(scattered(plastic, direction(cosine), 20000).x - 1) < 0.005);
-            CHECK(std::abs(scattered(sheet, direction(cosine), 20000).x - 1) < 0.006); // half of u's squares is drawn in vain
+            CHECK(std::abs(scattered(sheet, direction(cosine), 20000).x - 1) <
+                  0.006); // half of u's squares is drawn in vain
         }
     // Colours deepen: light that meets several facets is tinted by each.
     StandardPoint<double> gold;
@@ -96,12 +97,15 @@ TEST_CASE("furnace: as glTF has it, metals, glass, sheets and sheen give back no
         StandardPoint<double> p = any_point(random);
         p.compensated = false;
         p.clearcoat = 0;
-        if (i % 2 == 0) p.metallic = 1;
-        else p.metallic = 0, p.transmission = 1;
+        if (i % 2 == 0)
+            p.metallic = 1;
+        else
+            p.metallic = 0, p.transmission = 1;
         CAPTURE(i);
         CHECK(max_component(scattered(p, direction(random.uniform(0.03, 1)), 2500)) < 1.01);
     }
-    // The formula's own: at 80° a smooth white plastic mirrors 0.41, and its diffuse light, by the half vector, misses 0.05.
+    // The formula's own: at 80° a smooth white plastic mirrors 0.41, and its diffuse light, by the half vector, misses
+    // 0.05.
     StandardPoint<double> white;
     white.specular = 1;
     white.roughness = 0.05;

@@ -1,13 +1,13 @@
 #include "support/directions.hpp"
 #include "support/random.hpp"
+#include <algorithm>
+#include <cmath>
+#include <doctest/doctest.h>
 #include <lambent/material/lambert.hpp>
 #include <lambent/material/standard.hpp>
 #include <lambent/sampling/warp.hpp>
-#include <support/statistics.hpp>
-#include <doctest/doctest.h>
-#include <algorithm>
-#include <cmath>
 #include <string>
+#include <support/statistics.hpp>
 #include <vector>
 
 using namespace lambent;
@@ -16,7 +16,8 @@ using namespace lambent_test;
 namespace {
 
 /// chi² of what `sample` draws to one side of the surface against its pdf there.
-void check_side(const StandardPoint<double>& point, const Vec3d& wo, const Vec3d& peak, double width, std::uint64_t seed) {
+void check_side(const StandardPoint<double>& point, const Vec3d& wo, const Vec3d& peak, double width,
+                std::uint64_t seed) {
     const StandardBsdf<double> bsdf(point);
     Random random(seed);
     const auto here = [&](const Vec3d& wi) { return wi.z * peak.z > 0; };
@@ -118,18 +119,21 @@ TEST_CASE("standard material: glTF's formulas, evaluated again in double") {
         const Vec3<float> wo = square_to_cosine_hemisphere(Vec2f(random.uniform_float(), random.uniform_float()));
         const Vec3<float> wi = square_to_cosine_hemisphere(Vec2f(random.uniform_float(), random.uniform_float()));
         if (wo.z < 0.01f || wi.z < 0.01f) continue;
-        // Appendix B and the extensions, in their own words: alpha, D, V, the two fresnel mixes, their mix, and the coat.
+        // Appendix B and the extensions, in their own words: alpha, D, V, the two fresnel mixes, their mix, and the
+        // coat.
         const Vec3d v(wo), l(wi), h = normalize(v + l), base(p.base_color);
         const double nh = h.z, nl = l.z, nv = v.z, vh = dot(v, h), f = std::pow(1 - vh, 5);
         const auto specular_brdf = [&](double roughness) {
             const double a2 = std::pow(roughness, 4);
             const double d = a2 / (pi<double> * std::pow(nh * nh * (a2 - 1) + 1, 2));
-            const double gl = 2 * nl / (nl * std::sqrt(a2 + (1 - a2) * nv * nv) + nv * std::sqrt(a2 + (1 - a2) * nl * nl));
+            const double gl =
+                2 * nl / (nl * std::sqrt(a2 + (1 - a2) * nv * nv) + nv * std::sqrt(a2 + (1 - a2) * nl * nl));
             return d * gl * nv / (4 * nl * nv);
         };
         const double specular = specular_brdf(double(p.roughness));
         const Vec3d metal_brdf = (base + (Vec3d(1) - base) * f) * specular;
-        const Vec3d f0 = min(Vec3d(std::pow((double(p.ior) - 1) / (double(p.ior) + 1), 2)) * Vec3d(p.specular_color), Vec3d(1));
+        const Vec3d f0 =
+            min(Vec3d(std::pow((double(p.ior) - 1) / (double(p.ior) + 1), 2)) * Vec3d(p.specular_color), Vec3d(1));
         const Vec3d fr = f0 + (Vec3d(1) - f0) * f;
         const double strength = double(p.specular);
         const Vec3d dielectric_brdf =
@@ -148,7 +152,8 @@ TEST_CASE("standard material: sheen by KHR_materials_sheen's formula over what i
         StandardPoint<double> p;
         p.sheen_color = random.in_box<double>(0, 1);
         p.sheen_roughness = random.uniform(0.1, 1);
-        const Vec3d v = direction(random.uniform(0.05, 1)), l = direction(random.uniform(0.05, 1), random.uniform(0, 6));
+        const Vec3d v = direction(random.uniform(0.05, 1)),
+                    l = direction(random.uniform(0.05, 1), random.uniform(0, 6));
         const Vec3d h = normalize(v + l);
         const double alpha = p.sheen_roughness, inverse = 1 / alpha;
         const double d = (2 + inverse) * std::pow(1 - h.z * h.z, inverse / 2) / (2 * pi<double>);
@@ -219,8 +224,20 @@ StandardPoint<float> some_point(Random& random) {
     return p;
 }
 StandardPoint<double> in_double(const StandardPoint<float>& p) {
-    return {Vec3d(p.base_color), p.metallic, p.roughness, p.ior, p.specular, Vec3d(p.specular_color), p.transmission, p.thin,
-            p.front, p.clearcoat, p.clearcoat_roughness, Vec3d(p.sheen_color), p.sheen_roughness, p.compensated};
+    return {Vec3d(p.base_color),
+            p.metallic,
+            p.roughness,
+            p.ior,
+            p.specular,
+            Vec3d(p.specular_color),
+            p.transmission,
+            p.thin,
+            p.front,
+            p.clearcoat,
+            p.clearcoat_roughness,
+            Vec3d(p.sheen_color),
+            p.sheen_roughness,
+            p.compensated};
 }
 } // namespace
 
@@ -284,7 +301,8 @@ TEST_CASE("standard material: float does as double does") {
     CHECK(worst < 5e-3);
 }
 
-TEST_CASE("standard material: nothing gives back more than it gets; white GGX metal loses what single scattering loses") {
+TEST_CASE(
+    "standard material: nothing gives back more than it gets; white GGX metal loses what single scattering loses") {
     std::uint64_t seed = 100;
     for (const double roughness : {0.0, 0.1, 0.3, 0.6, 1.0}) {
         for (const double cosine : {1.0, 0.7, 0.2, 0.02})
@@ -297,15 +315,17 @@ TEST_CASE("standard material: nothing gives back more than it gets; white GGX me
                 CAPTURE(p.front);
                 CHECK(m.mean() < 1 + 0.001 + 4 * m.standard_error());
             }
-        // glTF's mix takes Fresnel's share for the half vector, not for the view, off what is scattered: white plastic gives
-        // more than it gets at grazing angles, which is the formula's and not ours to mend. Not so a base of 0.8 in the mean.
+        // glTF's mix takes Fresnel's share for the half vector, not for the view, off what is scattered: white plastic
+        // gives more than it gets at grazing angles, which is the formula's and not ours to mend. Not so a base of 0.8
+        // in the mean.
         StandardPoint<double> light = plastic(roughness);
         light.base_color = Vec3d(0.8);
         Random random(++seed);
         Moments mean;
         for (int i = 0; i < 20000; ++i) {
             const Vec3d wo = square_to_cosine_hemisphere(Vec2d(random.uniform(0, 1), random.uniform(0, 1)));
-            const auto s = StandardBsdf<double>(light).sample(wo, random.uniform(0, 1), {random.uniform(0, 1), random.uniform(0, 1)});
+            const auto s = StandardBsdf<double>(light).sample(wo, random.uniform(0, 1),
+                                                              {random.uniform(0, 1), random.uniform(0, 1)});
             mean.add(s.pdf > 0 ? s.weight.x : 0.0);
         }
         CAPTURE(roughness);
@@ -356,8 +376,10 @@ TEST_CASE("smooth glass: mirror and Snell's refraction share all light; beyond t
                 const auto s = bsdf.sample(wo, pick, {0.3, 0.6});
                 CHECK(s.delta);
                 CHECK(length(s.wi) == doctest::Approx(1));
-                if (s.wi.z > 0) CHECK(s.wi == Vec3d(-wo.x, -wo.y, wo.z));
-                else CHECK(length(s.wi - Vec3d(-wo.x / eta, -wo.y / eta, -std::sqrt(1 - sine * sine))) < 1e-12);
+                if (s.wi.z > 0)
+                    CHECK(s.wi == Vec3d(-wo.x, -wo.y, wo.z));
+                else
+                    CHECK(length(s.wi - Vec3d(-wo.x / eta, -wo.y / eta, -std::sqrt(1 - sine * sine))) < 1e-12);
                 shares += s.weight.x * s.pdf * s.eta_scale;
                 if (sine >= 1) {
                     CHECK(s.wi.z > 0);
@@ -374,9 +396,13 @@ TEST_CASE_TEMPLATE("standard material: finite at every roughness, and at cosines
     for (int i = 0; i < 200000; ++i) {
         const StandardPoint<float> point = some_point(random);
         StandardPoint<T> p;
-        if constexpr (sizeof(T) == 4) p = point;
-        else p = in_double(point);
-        const auto grazing = [&] { return random.index(3) == 0 ? std::pow(10.0, random.uniform(-7, 0)) : random.uniform(); };
+        if constexpr (sizeof(T) == 4)
+            p = point;
+        else
+            p = in_double(point);
+        const auto grazing = [&] {
+            return random.index(3) == 0 ? std::pow(10.0, random.uniform(-7, 0)) : random.uniform();
+        };
         const StandardBsdf<T> bsdf(p);
         const Vec3<T> wo(direction(grazing(), random.uniform(0, 6)));
         const float edge[] = {0.0f, 0x1.fffffep-1f, random.uniform_float()};
