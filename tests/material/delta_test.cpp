@@ -1,10 +1,10 @@
 #include "support/directions.hpp"
 #include "support/random.hpp"
+#include <cmath>
+#include <doctest/doctest.h>
 #include <lambent/material/delta.hpp>
 #include <lambent/material/standard.hpp>
 #include <support/statistics.hpp>
-#include <doctest/doctest.h>
-#include <cmath>
 
 using namespace lambent;
 using namespace lambent_test;
@@ -35,7 +35,8 @@ TEST_CASE("Fresnel: normal incidence, Brewster's angle, total reflection, the sa
     CHECK(schlick(Vec3d(0.04), 1.0, 0.5).x == doctest::Approx(0.04 + 0.96 / 32));
 }
 
-TEST_CASE_TEMPLATE("exact mirror and dielectric: Snell, chances that sum to 1, energy that always weighs 1", T, float, double) {
+TEST_CASE_TEMPLATE("exact mirror and dielectric: Snell, chances that sum to 1, energy that always weighs 1", T, float,
+                   double) {
     Random random(11);
     for (int i = 0; i < 20000; ++i) {
         const double cosine = i % 4 == 0 ? std::pow(10.0, random.uniform(-7, 0)) : random.uniform();
@@ -78,7 +79,8 @@ TEST_CASE("the standard material's smooth glass is the exact dielectric") {
                 p.thin = false;
                 p.front = front;
                 const BsdfSample<double> a = StandardBsdf<double>(p).sample(direction(cosine), pick, {0.1, 0.2}),
-                                         b = Dielectric<double>{front ? 1.5 : 1 / 1.5}.sample(direction(cosine), pick, {0.1, 0.2});
+                                         b = Dielectric<double>{front ? 1.5 : 1 / 1.5}.sample(direction(cosine), pick,
+                                                                                              {0.1, 0.2});
                 CHECK(length(a.wi - b.wi) < 1e-12);
                 CHECK(length(a.weight - b.weight) < 1e-12);
                 CHECK(a.pdf == doctest::Approx(b.pdf));
@@ -87,7 +89,8 @@ TEST_CASE("the standard material's smooth glass is the exact dielectric") {
             }
 }
 
-TEST_CASE_TEMPLATE("white furnace: a path through a clear ball, smooth or nearly, comes out with all its energy", T, float, double) {
+TEST_CASE_TEMPLATE("white furnace: a path through a clear ball, smooth or nearly, comes out with all its energy", T,
+                   float, double) {
     // In a uniform world the ball is invisible: radiance along a path is the product of its weights, which by the end,
     // outside again, has undone its scaling.
     Random random(12);
@@ -102,13 +105,14 @@ TEST_CASE_TEMPLATE("white furnace: a path through a clear ball, smooth or nearly
             T weight = 1;
             for (int bounce = 0; bounce < 200; ++bounce) {
                 const auto s = StandardBsdf<T>(p).sample(wo, T(random.uniform_float()),
-                                                        {T(random.uniform_float()), T(random.uniform_float())});
+                                                         {T(random.uniform_float()), T(random.uniform_float())});
                 weight *= s.pdf > 0 ? s.weight.x : T(0);
                 if (weight == 0) break;
                 if (p.front && s.wi.z > 0) break;  // reflected outside
                 if (!p.front && s.wi.z < 0) break; // left the ball
                 p.front = false;
-                // A chord of a sphere meets both ends at the same angle: the way on from wi arrives as its mirror image.
+                // A chord of a sphere meets both ends at the same angle: the way on from wi arrives as its mirror
+                // image.
                 wo = Vec3<T>(s.wi.x, s.wi.y, glm::abs(s.wi.z));
             }
             radiance.add(double(weight));

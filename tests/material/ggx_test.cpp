@@ -1,11 +1,11 @@
 #include "support/directions.hpp"
 #include "support/random.hpp"
+#include <algorithm>
+#include <cmath>
+#include <doctest/doctest.h>
 #include <lambent/material/ggx.hpp>
 #include <lambent/material/ggx_albedo.hpp>
 #include <support/statistics.hpp>
-#include <doctest/doctest.h>
-#include <algorithm>
-#include <cmath>
 
 using namespace lambent;
 using namespace lambent_test;
@@ -32,11 +32,14 @@ TEST_CASE("GGX: visible facets and bounded reflections are drawn by their densit
             Random random(seed++);
             const DensityTest visible = test_density(
                 PeakBins({0, 0, 1}, alpha / 2), 30000,
-                [&] { return facets.sample_visible(wo, {random.uniform(), random.uniform()}); },
+                [&] {
+                    return facets.sample_visible(wo, {random.uniform(), random.uniform()});
+                },
                 [&](const Vec3d& m) {
                     const double facing = dot(wo, m);
-                    return facing > 0 && m.z > 0 ? facets.distribution(m) * facing * Ggx<double>::visible_factor(wo, stretched)
-                                                 : 0.0;
+                    return facing > 0 && m.z > 0
+                               ? facets.distribution(m) * facing * Ggx<double>::visible_factor(wo, stretched)
+                               : 0.0;
                 });
             CHECK(std::abs(visible.integral - 1) < 0.01); // midpoints at the edge of what is seen; sharper below
             CHECK(visible.p > 1e-5);
@@ -113,8 +116,9 @@ TEST_CASE("GGX: samples in float lie where those in double do") {
     double worst = 0;
     for (int i = 0; i < 100000; ++i) {
         const float alpha = float(std::pow(10.0, random.uniform(-6, 0)));
-        const Vec3f wo(direction(i % 2 == 0 ? std::pow(10.0, random.uniform(-7, 0)) : 1 - std::pow(10.0, random.uniform(-7, 0)),
-                                 random.uniform(0, 6)));
+        const Vec3f wo(
+            direction(i % 2 == 0 ? std::pow(10.0, random.uniform(-7, 0)) : 1 - std::pow(10.0, random.uniform(-7, 0)),
+                      random.uniform(0, 6)));
         const Vec2f u(random.uniform_float(), random.uniform_float());
         const Vec3f m = Ggx<float>{alpha}.sample_bounded(wo, u);
         const Vec3d e = Ggx<double>{double(alpha)}.sample_bounded(Vec3d(wo), Vec2d(u));
@@ -141,7 +145,8 @@ TEST_CASE("GGX: the table of directional albedos, against field/render.md's at n
                 for (int j = 0; j < n; ++j) { // hemisphere, denser at the horizon
                     const double x = (i + 0.5) / n, z = x * x;
                     const Vec3d wi = direction(z, pi<double> * (j + 0.5) / n), h = wo + wi;
-                    const double f = facets.distribution(h) * Ggx<double>::visibility(cosine, facets.stretched(wo), z, facets.stretched(wi));
+                    const double f = facets.distribution(h) *
+                                     Ggx<double>::visibility(cosine, facets.stretched(wo), z, facets.stretched(wi));
                     const double grazing = std::pow(1 - length(h) / 2, 5);
                     sum += Vec2d(1 - grazing, grazing) * (f * z * 2 * x * 2 * pi<double> / (n * n));
                 }

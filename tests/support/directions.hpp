@@ -32,8 +32,8 @@ struct CubePoint {
     }
 };
 
-/// Bins about an axis whose rings are even in the cube root of tan(angle / 2) / scale: peaks of any width get their share,
-/// and what is far from them as well.
+/// Bins about an axis whose rings are even in the cube root of tan(angle / 2) / scale: peaks of any width get their
+/// share, and what is far from them as well.
 class PeakBins {
 public:
     PeakBins(const Vec3d& axis, double scale) : frame_(axis), scale_(scale) {}
@@ -42,9 +42,10 @@ public:
     std::size_t bin(const Vec3d& world) const {
         const Vec3d w = frame_.to_local(world);
         const double across = w.x * w.x + w.y * w.y; // for small angles, where 1 - w.z cancels
-        const double s = std::cbrt(std::sqrt(w.z > 0 ? across / ((1 + w.z) * (1 + w.z)) : (1 - w.z) / (1 + w.z)) / scale_);
+        const double s =
+            std::cbrt(std::sqrt(w.z > 0 ? across / ((1 + w.z) * (1 + w.z)) : (1 - w.z) / (1 + w.z)) / scale_);
         const double ring = s < 1e6 ? rings * s / (1 + s) : rings;
-        const double sector = sectors * (std::atan2(w.y, w.x) / (2 * lambent::pi<double>) + 0.5);
+        const double sector = sectors * (std::atan2(w.y, w.x) / (2 * lambent::pi<double>)+0.5);
         return std::size_t(std::clamp(int(ring), 0, rings - 1) * sectors + std::clamp(int(sector), 0, sectors - 1));
     }
 
@@ -73,9 +74,9 @@ private:
 
 /// How directions that were drawn agree with their density.
 struct DensityTest {
-    double integral = 0;    ///< of the density
-    double excess = 0;      ///< |share of draws that gave none, less 1 - integral|, in units of what chance and 0.1 % allow
-    double p = 0;           ///< chi-square's, of those that gave one
+    double integral = 0; ///< of the density
+    double excess = 0; ///< |share of draws that gave none, less 1 - integral|, in units of what chance and 0.1 % allow
+    double p = 0;      ///< chi-square's, of those that gave one
 };
 
 /// draw() gives a direction, or the zero vector for none, n times; pdf is its density per solid angle, in double.

@@ -1,15 +1,15 @@
 #pragma once
-#include <lambent/core/vec.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <lambent/core/vec.hpp>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// A smooth function of a cosine and a roughness, both in [0, 1], tabulated at construction: even in the square root of the
-/// cosine, since albedos change fast at grazing angles; linear in between. For directional albedos; some KiB.
+/// A smooth function of a cosine and a roughness, both in [0, 1], tabulated at construction: even in the square root of
+/// the cosine, since albedos change fast at grazing angles; linear in between. For directional albedos; some KiB.
 /// V  what a value is: a number or a vector of float
 template <class V>
 class AlbedoTable {
@@ -35,7 +35,7 @@ public:
 
 private:
     static std::size_t index(int r, int c) { return std::size_t(r * side + c); }
-    std::array<V, std::size_t(side * side)> values_;
+    std::array<V, std::size_t(side* side)> values_;
 };
 
 } // namespace LAMBENT_ABI

@@ -1,6 +1,6 @@
 #pragma once
-#include <lambent/core/vec.hpp>
 #include <concepts>
+#include <lambent/core/vec.hpp>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -11,7 +11,8 @@ struct BsdfSample {
     Vec3<T> wi{0};     ///< unit, local space
     Vec3<T> weight{0}; ///< f(wo, wi) · |cos wi| / pdf
     T pdf = 0;         ///< per solid angle; of a delta lobe, which has one direction, the chance of its choice
-    T eta_scale = 1;   ///< what refraction did to the radiance's scale, for roulette to undo: weight · eta_scale is energy
+    T eta_scale =
+        1; ///< what refraction did to the radiance's scale, for roulette to undo: weight · eta_scale is energy
     bool delta = false;
 };
 
@@ -22,15 +23,15 @@ struct BsdfValue {
     T pdf = 0;    ///< per solid angle
 };
 
-/// How a surface scatters radiance on its way to the viewer: light that comes out of a medium of index n is scaled by
-/// 1 / n². Directions are unit vectors in the local space of the shading normal, which is (0, 0, 1), and point away from
-/// the surface; the viewer's side is up, and where wo is not, nothing is scattered. wi.z < 0 is transmission. `eval` is the
-/// BSDF f without the cosine; `pdf` is the density per solid angle with which `sample` draws wi; delta lobes are in neither.
-/// `sample` chooses a lobe by `pick` and a direction by `u`, all in [0, 1). Chances may sum to less than 1: the rest draws
-/// nothing. A material is one struct that fits.
+/// How a surface scatters radiance on its way to the viewer: light that comes out of a medium of index n is scaled by 1
+/// / n². Directions are unit vectors in the local space of the shading normal, which is (0, 0, 1), and point away from
+/// the surface; the viewer's side is up, and where wo is not, nothing is scattered. wi.z < 0 is transmission. `eval` is
+/// the BSDF f without the cosine; `pdf` is the density per solid angle with which `sample` draws wi; delta lobes are in
+/// neither. `sample` chooses a lobe by `pick` and a direction by `u`, all in [0, 1). Chances may sum to less than 1:
+/// the rest draws nothing. A material is one struct that fits.
 template <class B>
 concept Bsdf = requires(const B& bsdf, const Vec3<typename B::Scalar>& w, const Vec2<typename B::Scalar>& u,
-                           typename B::Scalar pick) {
+                        typename B::Scalar pick) {
     { bsdf.eval(w, w) } -> std::same_as<Vec3<typename B::Scalar>>;
     { bsdf.pdf(w, w) } -> std::same_as<typename B::Scalar>;
     { bsdf.sample(w, pick, u) } -> std::same_as<BsdfSample<typename B::Scalar>>;
@@ -40,8 +41,10 @@ concept Bsdf = requires(const B& bsdf, const Vec3<typename B::Scalar>& w, const 
 template <Bsdf B>
 BsdfValue<typename B::Scalar> evaluate(const B& bsdf, const Vec3<typename B::Scalar>& wo,
                                        const Vec3<typename B::Scalar>& wi) {
-    if constexpr (requires { bsdf.evaluate(wo, wi); }) return bsdf.evaluate(wo, wi);
-    else return {bsdf.eval(wo, wi), bsdf.pdf(wo, wi)};
+    if constexpr (requires { bsdf.evaluate(wo, wi); })
+        return bsdf.evaluate(wo, wi);
+    else
+        return {bsdf.eval(wo, wi), bsdf.pdf(wo, wi)};
 }
 
 } // namespace LAMBENT_ABI

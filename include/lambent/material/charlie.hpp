@@ -1,15 +1,15 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/material/albedo_table.hpp>
-#include <algorithm>
-#include <cmath>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// The sheen of cloth: fibres that stand about the normal and scatter at grazing angles. Directions are unit vectors in the
-/// local space of the normal, above it.
+/// The sheen of cloth: fibres that stand about the normal and scatter at grazing angles. Directions are unit vectors in
+/// the local space of the normal, above it.
 /// source  Estevez, Kulla, Production Friendly Microfacet Sheen BRDF (2017); as glTF's KHR_materials_sheen has it
 template <class T>
 struct Charlie {
@@ -42,8 +42,8 @@ private:
     }
 };
 
-/// What white sheen reflects in all of what comes from a direction at this cosine. Computed at the first call, which takes
-/// some milliseconds; later ones interpolate.
+/// What white sheen reflects in all of what comes from a direction at this cosine. Computed at the first call, which
+/// takes some milliseconds; later ones interpolate.
 inline float charlie_albedo(float cosine, float roughness) {
     static const AlbedoTable<float> table([](double mu, double r) {
         const Charlie<double> sheen{std::max(r, Charlie<double>::smallest_roughness)};

@@ -1,8 +1,8 @@
 #pragma once
+#include <cmath>
 #include <lambent/core/vec.hpp>
 #include <lambent/material/bsdf.hpp>
 #include <lambent/material/fresnel.hpp>
-#include <cmath>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -35,8 +35,8 @@ struct Mirror {
     }
 };
 
-/// An exact boundary between two clear media: mirrors by Fresnel's equations, refracts what is left by Snell's law. Chosen
-/// by the reflectance, so that energy never weighs anything but 1.
+/// An exact boundary between two clear media: mirrors by Fresnel's equations, refracts what is left by Snell's law.
+/// Chosen by the reflectance, so that energy never weighs anything but 1.
 template <class T>
 struct Dielectric {
     using Scalar = T;
@@ -51,10 +51,14 @@ struct Dielectric {
         T cos_other = 0;
         const T reflectance = dielectric_reflectance(glm::min(wo.z, T(1)), eta, cos_other);
         if (pick < reflectance)
-            return {.wi = {-wo.x, -wo.y, wo.z}, .weight = Vec3<T>(1), .pdf = reflectance, .eta_scale = 1, .delta = true};
+            return {
+                .wi = {-wo.x, -wo.y, wo.z}, .weight = Vec3<T>(1), .pdf = reflectance, .eta_scale = 1, .delta = true};
         const T eta2 = eta * eta;
-        return {.wi = {-wo.x / eta, -wo.y / eta, -cos_other}, .weight = Vec3<T>(1 / eta2), .pdf = 1 - reflectance,
-                .eta_scale = eta2, .delta = true};
+        return {.wi = {-wo.x / eta, -wo.y / eta, -cos_other},
+                .weight = Vec3<T>(1 / eta2),
+                .pdf = 1 - reflectance,
+                .eta_scale = eta2,
+                .delta = true};
     }
 };
 

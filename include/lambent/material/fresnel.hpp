@@ -1,6 +1,6 @@
 #pragma once
-#include <lambent/core/vec.hpp>
 #include <cmath>
+#include <lambent/core/vec.hpp>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -19,8 +19,9 @@ Vec3<T> schlick(const Vec3<T>& f0, T f90, T cosine) {
     return f0 + (Vec3<T>(f90) - f0) * schlick_weight(cosine);
 }
 
-/// Reflectance of unpolarised light at a smooth boundary, at a cosine in [0, 1] on the side that it comes from; `eta` is
-/// the index of the other side over that of this one. 1 in total reflection. `cos_other` gets the refracted ray's cosine.
+/// Reflectance of unpolarised light at a smooth boundary, at a cosine in [0, 1] on the side that it comes from; `eta`
+/// is the index of the other side over that of this one. 1 in total reflection. `cos_other` gets the refracted ray's
+/// cosine.
 template <class T>
 T dielectric_reflectance(T cosine, T eta, T& cos_other) {
     const T sin2 = glm::max(T(0), (1 - cosine) * (1 + cosine)) / (eta * eta);

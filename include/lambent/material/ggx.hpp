@@ -1,14 +1,14 @@
 #pragma once
+#include <cmath>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
-#include <cmath>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// Isotropic GGX microfacets. `wo` and `wi` are unit vectors in the local space of the normal, wo above (z > 0). Sines are
-/// taken from x and y, never as 1 - z², and half vectors are as they come from adding directions, of any length: so nothing
-/// cancels, in float neither, from alpha 1e-6 to 1 and down to cosines of 1e-7.
+/// Isotropic GGX microfacets. `wo` and `wi` are unit vectors in the local space of the normal, wo above (z > 0). Sines
+/// are taken from x and y, never as 1 - z², and half vectors are as they come from adding directions, of any length: so
+/// nothing cancels, in float neither, from alpha 1e-6 to 1 and down to cosines of 1e-7.
 /// source  Walter et al., EGSR 2007; Heitz, JCGT 3:2 (2014)
 template <class T>
 struct Ggx {
@@ -31,9 +31,7 @@ struct Ggx {
 
     /// Smith's masking and shadowing, correlated by height, over 4 |cos wo| |cos wi|, from both cosines' sizes and
     /// stretched lengths. For transmission too.
-    static T visibility(T o, T stretched_o, T i, T stretched_i) {
-        return T(0.5) / (i * stretched_o + o * stretched_i);
-    }
+    static T visibility(T o, T stretched_o, T i, T stretched_i) { return T(0.5) / (i * stretched_o + o * stretched_i); }
 
     /// A facet's normal among those that wo sees, by their projected area: its density is
     /// distribution(m) · dot(wo, m) · visible_factor.
@@ -45,9 +43,7 @@ struct Ggx {
     /// distribution(m) · bounded_factor.
     /// source  Eto, Tokuyoshi, SIGGRAPH Asia 2023 Technical Communications
     Vec3<T> sample_bounded(const Vec3<T>& wo, const Vec2<T>& u) const { return facet(wo, u, cut(wo)); }
-    T bounded_factor(const Vec3<T>& wo, T stretched_wo) const {
-        return T(0.5) / ((1 - cut(wo)) * wo.z + stretched_wo);
-    }
+    T bounded_factor(const Vec3<T>& wo, T stretched_wo) const { return T(0.5) / ((1 - cut(wo)) * wo.z + stretched_wo); }
 
 private:
     /// What the bound cuts off the part below the horizon of the cap of reflections, as a fraction of its height.
@@ -59,8 +55,8 @@ private:
     /// Halfway between the stretched wo and a point of the unit sphere above -(1 - cut) · (the stretched wo's z).
     Vec3<T> facet(const Vec3<T>& wo, const Vec2<T>& u, T cut) const {
         const T scale = 1 / stretched(wo), x = alpha * wo.x * scale, y = alpha * wo.y * scale, z = wo.z * scale;
-        // The point lies `depth` below the pole, and `height` above -z. Of 1 + z - depth and 2 - depth, which r needs, not
-        // much may be left: so they are put together from what is.
+        // The point lies `depth` below the pole, and `height` above -z. Of 1 + z - depth and 2 - depth, which r needs,
+        // not much may be left: so they are put together from what is.
         const T depth = u.y * (1 + (1 - cut) * z), height = (1 - u.y) * (1 + z) + u.y * cut * z;
         const T r = std::sqrt(depth * (height + (x * x + y * y) / (1 + z))), phi = 2 * pi<T> * u.x;
         const Vec3<T> m(alpha * (x + r * std::cos(phi)), alpha * (y + r * std::sin(phi)), height);

@@ -1,18 +1,18 @@
 #pragma once
+#include <cmath>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/material/albedo_table.hpp>
 #include <lambent/material/fresnel.hpp>
 #include <lambent/material/ggx.hpp>
-#include <cmath>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// What GGX facets of this roughness (√alpha) reflect in all of what comes from a direction at this cosine, if light meets
-/// one facet only: with Schlick's Fresnel it is f0 · x + f90 · y, and x + y where every facet is a mirror. Within half a
-/// percent, but for roughness below 0.2 at cosines below its square, where it may be off by 5 %.
-/// Computed at the first call, which takes some milliseconds; later ones interpolate.
+/// What GGX facets of this roughness (√alpha) reflect in all of what comes from a direction at this cosine, if light
+/// meets one facet only: with Schlick's Fresnel it is f0 · x + f90 · y, and x + y where every facet is a mirror. Within
+/// half a percent, but for roughness below 0.2 at cosines below its square, where it may be off by 5 %. Computed at the
+/// first call, which takes some milliseconds; later ones interpolate.
 /// source  the split of Karis, Real Shading in Unreal Engine 4 (2013)
 inline Vec2f ggx_albedo(float cosine, float roughness) {
     static const AlbedoTable<Vec2f> table([](double mu, double root) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/material/bsdf.hpp>
@@ -8,7 +9,6 @@
 #include <lambent/material/ggx.hpp>
 #include <lambent/material/ggx_albedo.hpp>
 #include <lambent/sampling/warp.hpp>
-#include <cmath>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -26,8 +26,8 @@ struct StandardPoint {
     bool thin = true;          ///< a sheet that does not refract; else the boundary of a volume
     bool front = true;         ///< seen from the front, outside of the volume
     T clearcoat = 0, clearcoat_roughness = 0; ///< in [0, 1]
-    Vec3<T> sheen_color{0};    ///< in [0, 1]; 0 = none
-    T sheen_roughness = 0;     ///< in [0, 1]
+    Vec3<T> sheen_color{0};                   ///< in [0, 1]; 0 = none
+    T sheen_roughness = 0;                    ///< in [0, 1]
     /// Adds what facets would pass on from one to another, and lets no more be scattered than facets leave over: white
     /// metals, plastics and sheets then give back all that they get at any roughness. glTF itself does neither.
     bool compensated = false;
@@ -37,13 +37,22 @@ struct StandardPoint {
         return metallic <= 0 && specular <= 0 && transmission <= 0 && clearcoat <= 0 && is_black(sheen_color);
     }
 
-    /// Roughly what share of the light it gives back or lets through, seen at this cosine: the reflectance that denoisers
-    /// divide by.
+    /// What the dielectric reflects at normal incidence.
+    Vec3<T> f0() const { return min(Vec3<T>(dielectric_f0(ior)) * specular_color, Vec3<T>(1)) * specular; }
+
+    /// Index of the side that light passes to over that of the viewer's; 1 where it is not bent.
+    T eta() const {
+        if (thin) return 1;
+        return front ? ior : 1 / ior;
+    }
+
+    /// Roughly what share of the light it gives back or lets through, seen at this cosine: the reflectance that
+    /// denoisers divide by.
     Vec3<T> albedo(T cosine) const {
         if (diffuse()) return base_color;
-        const Vec3<T> f0 = min(Vec3<T>(dielectric_f0(ior)) * specular_color, Vec3<T>(1)) * specular;
-        const Vec3<T> f = schlick(f0, specular, cosine);
-        Vec3<T> result = metallic * schlick(base_color, T(1), cosine) + (1 - metallic) * (f + base_color * (1 - max_component(f)));
+        const Vec3<T> f = schlick(f0(), specular, cosine);
+        Vec3<T> result =
+            metallic * schlick(base_color, T(1), cosine) + (1 - metallic) * (f + base_color * (1 - max_component(f)));
         if (!is_black(sheen_color)) {
             const T sheen = T(charlie_albedo(float(cosine), float(sheen_roughness)));
             result = result * (1 - max_component(sheen_color) * sheen) + sheen_color * sheen;
@@ -52,17 +61,17 @@ struct StandardPoint {
     }
 };
 
-/// The glTF 2.0 material: metal and dielectric mixed by `metallic`; the dielectric reflects by Fresnel, and scatters back
-/// or lets through what is left; sheen over that, a clear coat on top. As glTF's, facets scatter light once, so that rough
-/// white metals lose some, and white plastic gives back more than it gets at grazing angles, since Fresnel's share is taken
-/// off what is scattered by the half vector and not by the view: `compensated` mends both. Reciprocal but for the coat,
-/// whose share goes by the view, for compensation, and for refraction, which scales radiance.
-/// Lobes: diffuse, reflection, glass (both of its sides, chosen by Fresnel once the facet is known), sheen, coat; `sample`
+/// The glTF 2.0 material: metal and dielectric mixed by `metallic`; the dielectric reflects by Fresnel, and scatters
+/// back or lets through what is left; sheen over that, a clear coat on top. As glTF's, facets scatter light once, so
+/// that rough white metals lose some, and white plastic gives back more than it gets at grazing angles, since Fresnel's
+/// share is taken off what is scattered by the half vector and not by the view: `compensated` mends both. Reciprocal
+/// but for the coat, whose share goes by the view, for compensation, and for refraction, which scales radiance. Lobes:
+/// diffuse, reflection, glass (both of its sides, chosen by Fresnel once the facet is known), sheen, coat; `sample`
 /// chooses one by how much it gives of wo; f and pdf are of their sum. Lobes of roughness below a hundredth (see
 /// Ggx::smallest_alpha) are exact mirrors, and so is the passage into a volume that hardly refracts.
-/// source  glTF 2.0, appendix B; KHR_materials_specular, _ior, _transmission, _volume, _sheen, _clearcoat; rough refraction
-///         by Walter et al., EGSR 2007; compensation by Turquin, Practical multiple scattering compensation for microfacet
-///         models (2019)
+/// source  glTF 2.0, appendix B; KHR_materials_specular, _ior, _transmission, _volume, _sheen, _clearcoat; rough
+///         refraction by Walter et al., EGSR 2007; compensation by Turquin, Practical multiple scattering compensation
+///         for microfacet models (2019)
 template <class T>
 class StandardBsdf {
 public:
@@ -72,10 +81,9 @@ public:
         : p_(p), facets_{alpha_of(p.roughness)}, coat_{alpha_of(p.clearcoat_roughness)},
           sheen_{glm::max(p.sheen_roughness, Charlie<T>::smallest_roughness)}, smooth_(is_smooth(p.roughness)),
           smooth_coat_(is_smooth(p.clearcoat_roughness)), straight_(!p.thin && glm::abs(p.ior - 1) < T(1e-3)),
-          eta_(p.thin ? T(1) : p.front ? p.ior : 1 / p.ior),
-          f0_(min(Vec3<T>(dielectric_f0(p.ior)) * p.specular_color, Vec3<T>(1)) * p.specular), f0_max_(max_component(f0_)),
-          base_max_(max_component(p.base_color)), sheen_max_(max_component(p.sheen_color)),
-          opaque_((1 - p.metallic) * (1 - p.transmission)), glass_((1 - p.metallic) * p.transmission) {}
+          eta_(p.eta()), f0_(p.f0()), f0_max_(max_component(f0_)), base_max_(max_component(p.base_color)),
+          sheen_max_(max_component(p.sheen_color)), opaque_((1 - p.metallic) * (1 - p.transmission)),
+          glass_((1 - p.metallic) * p.transmission) {}
 
     /// Whether light samples can never contribute.
     bool only_delta() const {
@@ -109,15 +117,15 @@ public:
     }
 
 private:
-    /// What depends on wo alone. Chances of lobes by what each is likely to give; together 1, or all 0. A lobe that gives
-    /// anything anywhere has a chance.
+    /// What depends on wo alone. Chances of lobes by what each is likely to give; together 1, or all 0. A lobe that
+    /// gives anything anywhere has a chance.
     struct View {
         T diffuse = 0, reflection = 0, glass = 0, coat = 0, sheen = 0;
         T stretched = 0, bounded = 0; ///< of the facets: Ggx::stretched, Ggx::bounded_factor
         T miss = 0;                   ///< compensation: light that the facets lose over what they reflect
         T left = 1;                   ///< compensation: what the dielectric's facets leave to be scattered
         T coat_share = 0;
-        T base = 1;                   ///< what coat and sheen let through to and from what is below, mirror-wise
+        T base = 1; ///< what coat and sheen let through to and from what is below, mirror-wise
         T sheen_albedo = 0, sheen_lambda = 0;
 
         View(const StandardBsdf& b, const Vec3<T>& wo) {
@@ -145,15 +153,17 @@ private:
                                                : ggx_albedo(float(wo.z), float(p.roughness));
                 const T all = T(albedo.x) + T(albedo.y);
                 miss = glm::max(T(0), 1 - all) / all;
-                left = glm::max(T(0), 1 - (b.f0_max_ * T(albedo.x) + p.specular * T(albedo.y)) * (1 + b.f0_max_ * miss));
+                left =
+                    glm::max(T(0), 1 - (b.f0_max_ * T(albedo.x) + p.specular * T(albedo.y)) * (1 + b.f0_max_ * miss));
             }
             // Facets stand otherwise than their mean: rough ones are seen less grazingly.
-            const T weight = b.smooth_ ? schlick_weight(wo.z) : schlick_weight(wo.z + b.facets_.alpha * T(0.7) * (T(0.6) - wo.z));
+            const T seen = b.smooth_ ? wo.z : wo.z + b.facets_.alpha * T(0.7) * (T(0.6) - wo.z);
             if (reflects) {
-                reflection = base * max_component(b.opaque_reflectance(weight));
+                reflection = base * max_component(b.opaque_reflectance(schlick_weight(seen)));
                 if (!b.smooth_) reflection = glm::max(reflection, T(0.02) * base);
             }
-            if (b.opaque_ > 0) diffuse = base * b.opaque_ * b.base_max_ * (1 - b.f0_max_ - (p.specular - b.f0_max_) / 21);
+            if (b.opaque_ > 0)
+                diffuse = base * b.opaque_ * b.base_max_ * (1 - b.f0_max_ - (p.specular - b.f0_max_) / 21);
             if (b.glass_ > 0) {
                 const T mirror = max_component(b.boundary(wo.z));
                 glass = base * b.glass_ * glm::max(mirror + b.base_max_ * (1 - mirror), T(0.05));
@@ -171,16 +181,19 @@ private:
     static T alpha_of(T roughness) { return glm::max(roughness * roughness, Ggx<T>::smallest_alpha); }
     static bool is_smooth(T roughness) { return roughness * roughness < Ggx<T>::smallest_alpha; }
 
-    /// Reflectances at a cosine of this schlick_weight: of the dielectric that scatters back; of metal and that, as mixed.
+    /// Reflectances at a cosine of this schlick_weight: of the dielectric that scatters back; of metal and that, as
+    /// mixed.
     Vec3<T> dielectric(T weight) const { return f0_ + (Vec3<T>(p_.specular) - f0_) * weight; }
     Vec3<T> opaque_reflectance(T weight, T miss = 0) const {
         Vec3<T> f(0);
         if (p_.metallic > 0)
-            f = p_.metallic * (p_.base_color + (Vec3<T>(1) - p_.base_color) * weight) * (Vec3<T>(1) + p_.base_color * miss);
+            f = p_.metallic * (p_.base_color + (Vec3<T>(1) - p_.base_color) * weight) *
+                (Vec3<T>(1) + p_.base_color * miss);
         if (opaque_ > 0) f += opaque_ * dielectric(weight) * (Vec3<T>(1) + f0_ * miss);
         return f;
     }
-    /// Of the boundary of what lets through: KHR_materials_specular on top of the exact reflectance of a volume's outside.
+    /// Of the boundary of what lets through: KHR_materials_specular on top of the exact reflectance of a volume's
+    /// outside.
     Vec3<T> boundary(T cosine) const {
         if (p_.thin) return dielectric(schlick_weight(cosine));
         T ignored = 0;
@@ -283,7 +296,8 @@ private:
     }
 
     static BsdfSample<T> mirror(const Vec3<T>& wo, const Vec3<T>& reflectance, T chance) {
-        return {.wi = {-wo.x, -wo.y, wo.z}, .weight = reflectance / chance, .pdf = chance, .eta_scale = 1, .delta = true};
+        return {
+            .wi = {-wo.x, -wo.y, wo.z}, .weight = reflectance / chance, .pdf = chance, .eta_scale = 1, .delta = true};
     }
 
     BsdfSample<T> sample_glass(const View& view, const Vec3<T>& wo, T pick, const Vec2<T>& u) const {
@@ -303,7 +317,9 @@ private:
             const T eta = straight_ ? T(1) : eta_, passed = view.glass * (1 - chance);
             return {.wi = {-wo.x / eta, -wo.y / eta, -cos_other},
                     .weight = p_.base_color * (Vec3<T>(1) - at) * (glass_ * view.base / (passed * eta * eta)),
-                    .pdf = passed, .eta_scale = eta * eta, .delta = true};
+                    .pdf = passed,
+                    .eta_scale = eta * eta,
+                    .delta = true};
         }
         if (!p_.thin) return finish(view, wo, normalize(refracted(wo, m, o, cos_other, eta_)), -1, eta_ * eta_);
         const Vec3<T> wi = mirrored(wo, m);
