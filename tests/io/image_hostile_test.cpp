@@ -197,6 +197,7 @@ TEST_CASE("Radiance HDR: every order of pixels, plain and run-length encoded, ag
     CHECK(changed(4, '\x80') == "t: a damaged HDR file: a run leaves its scan line"); // 128 values as they are
     CHECK(changed(18, '\x0a') == "t: the HDR file is cut short");                     // 10 values as they are
     CHECK(changed(4, '\0') == "t: a damaged HDR file: a run leaves its scan line");
+    CHECK(hdr(head + std::string(runs).insert(4, 1, '\0')) == "t: a damaged HDR file: a run leaves its scan line");
     for (std::size_t size = 2; size < head.size() + runs.size(); ++size)
         CHECK(hdr((head + runs).substr(0, size)) != "read");
     CHECK(hdr(head + std::string(4, '\1') + std::string(36, '\x80')).find("before 1991") != std::string::npos);
