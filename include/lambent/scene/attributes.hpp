@@ -81,6 +81,10 @@ StandardPoint<T> standard_point(const Scene<T>& scene, const Material& m, const 
     if (m.clearcoat_texture) p.clearcoat *= T(look_up(scene, m.clearcoat_texture, a).x);
     p.clearcoat_roughness = T(m.clearcoat_roughness);
     if (m.clearcoat_roughness_texture) p.clearcoat_roughness *= T(look_up(scene, m.clearcoat_roughness_texture, a).y);
+    p.sheen_color = Vec3<T>(m.sheen_color);
+    if (m.sheen_color_texture) p.sheen_color *= Vec3<T>(Vec3f(look_up(scene, m.sheen_color_texture, a)));
+    p.sheen_roughness = T(m.sheen_roughness);
+    if (m.sheen_roughness_texture) p.sheen_roughness *= T(look_up(scene, m.sheen_roughness_texture, a).w);
     return p;
 }
 
