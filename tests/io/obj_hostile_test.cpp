@@ -119,6 +119,8 @@ TEST_CASE("hostile OBJ: positions must be finite in the scene's precision; the s
             CHECK(all_finite(parse_obj(text, "a.obj")));
         }
     }
+    const Scene<double> wide = parse_obj<double>("v 1e155 0 0\nv -1e155 0 0\nv 0 1e-200 0\ns 1\nf 1 2 3", "a.obj");
+    for (const Vec3f& n : wide.normals) CHECK(is_finite(n));
     CHECK(is_finite(parse_obj<double>("v 1e308 0 0\nv -1e308 0 0\nv 0 1e308 0\ns 1\nf 1 2 3 1", "a.obj").positions[0]));
 }
 

@@ -42,6 +42,10 @@ public:
 
     template <class E>
     Scene<T> load(ObjLines lines, E& executor) {
+        // About as many v as a text full of them has, within a bound, since a file's size is cheap to claim.
+        const std::size_t expected = std::min(lines.size() / 32, most_expected);
+        v_.reserve(expected);
+        vertices_.reserve(expected);
         while (lines.next()) parse_line(lines);
         store_vertices();
         store_materials(executor);
@@ -52,7 +56,7 @@ public:
 
 private:
     static constexpr std::uint32_t none = ObjVertices::none;
-    static constexpr std::size_t most_libraries = 1024;
+    static constexpr std::size_t most_libraries = 1024, most_expected = std::size_t(1) << 21;
 
     void parse_line(const ObjLines& lines) {
         ObjWords words(lines);
@@ -167,7 +171,6 @@ private:
         if (material_ == none) material_ = material_index("");
         corners_.clear();
         for (const ObjVertices::Corner& corner : polygon_) {
-            has_texcoords_ |= corner.vt != none;
             has_normals_ |= corner.normal != none;
             has_smoothed_ |= corner.smoothed();
             corners_.push_back(vertices_.index_of(corner));
@@ -251,7 +254,7 @@ private:
             for (std::uint32_t i = 0; i < count; ++i) scene_.colors.push_back(Vec4f(vertex_colors_[vertices_[i].v], 1));
         }
         v_ = {};
-        if (!has_texcoords_) return;
+        if (!vertices_.has_texcoords()) return;
         scene_.texcoords.reserve(count);
         for (std::uint32_t i = 0; i < count; ++i)
             scene_.texcoords.push_back(vertices_[i].vt == none ? Vec2f(0) : vt_[vertices_[i].vt]);
@@ -332,7 +335,7 @@ private:
     std::vector<Vec2f> vt_;
     std::vector<Vec3f> vn_, vertex_colors_; ///< colours: of the first so many v, or none
     ObjVertices vertices_;
-    bool has_texcoords_ = false, has_normals_ = false, has_smoothed_ = false;
+    bool has_normals_ = false, has_smoothed_ = false;
     std::uint32_t material_ = none;
     std::uint32_t smoothing_ = none; ///< the normal of a corner without vn
     std::map<std::string, std::uint32_t, std::less<>> material_names_;

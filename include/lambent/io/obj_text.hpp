@@ -36,12 +36,11 @@ public:
     static constexpr std::size_t piece = std::size_t(1) << 18;
 
     /// Of a text that stays where it is; `name` is for messages.
-    ObjLines(std::string_view text, const std::string& name) : text_(text), name_(&name) {}
+    ObjLines(std::string_view text, const std::string& name) : text_(text), name_(&name), size_(text.size()) {}
 
     /// Of a regular file.
     /// throws lambent::Error when it can't be read
-    explicit ObjLines(const std::string& path) : name_(&path) {
-        file_size(path); // fails for folders, pipes and devices
+    explicit ObjLines(const std::string& path) : name_(&path), size_(file_size(path)) {
         file_.reset(std::fopen(path.c_str(), "rb"));
         require(file_ != nullptr, [&] { return path + ": cannot be opened for reading"; });
         buffer_.resize(piece);
@@ -67,6 +66,7 @@ public:
 
     std::string_view line() const { return line_; }
     std::size_t number() const { return number_; }
+    std::size_t size() const { return size_; } ///< in bytes, of the whole text
     const std::string& name() const { return *name_; }
 
     [[noreturn]] void refuse(const std::string& why) const {
@@ -114,7 +114,7 @@ private:
     std::vector<char> buffer_;
     OpenFile file_;
     const std::string* name_;
-    std::size_t number_ = 0, next_number_ = 1;
+    std::size_t size_, number_ = 0, next_number_ = 1;
 };
 
 /// The words of one line, split at spaces and tabs.

@@ -1,12 +1,14 @@
 #pragma once
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <numbers>
 #include <vector>
 
 namespace lambent {
@@ -33,14 +35,22 @@ public:
         friend auto operator<=>(const Corner&, const Corner&) = default;
     };
 
+    /// Expects so many positions, and vertices.
+    void reserve(std::size_t count) {
+        first_.reserve(count);
+        corners_.reserve(count);
+    }
+
     /// To be called once for every v, before its first use.
     void add_position() { first_.push_back(none); }
 
     std::size_t size() const { return corners_.size(); }
+    bool has_texcoords() const { return has_texcoords_; }
     const Corner& operator[](std::size_t i) const { return corners_[i].corner; }
 
     /// Index of the vertex of this corner, made on its first use.
     std::uint32_t index_of(const Corner& corner) {
+        has_texcoords_ |= corner.vt != none;
         int length = 0;
         for (std::uint32_t i = first_[corner.v]; i != none; i = corners_[i].next, ++length)
             if (corners_[i].corner == corner) return i;
@@ -57,6 +67,7 @@ public:
 
     /// Which vertex stands for all those of the same v and smoothing group, whatever their texture coordinates.
     std::uint32_t representative(std::uint32_t vertex) const {
+        if (!has_texcoords_) return vertex;
         const Corner& corner = corners_[vertex].corner;
         std::uint32_t found = none;
         for (std::uint32_t i = first_[corner.v]; i != none; i = corners_[i].next)
@@ -76,6 +87,7 @@ private:
     std::vector<Entry> corners_;
     std::vector<std::uint32_t> first_; ///< one a v: the last of its chain made, or none
     std::map<Key, std::uint32_t> crowd_;
+    bool has_texcoords_ = false;
 };
 
 /// Adds to normals[representative] of each smoothed corner the unit normals of its triangles, weighted by their angles
@@ -92,11 +104,16 @@ inline void smooth_normals(const ObjVertices& vertices, const std::vector<Vec3d>
         const Vec3d across = cross(p[1] - p[0], p[2] - p[0]);
         const double area = length(across);
         if (!(area > 0) || !is_finite(area)) continue;
-        for (int k = 0; k < 3; ++k) {
-            if (!vertices[t[k]].smoothed()) continue;
-            const Vec3d a = p[(k + 1) % 3] - p[k], b = p[(k + 2) % 3] - p[k];
-            normals[vertices.representative(t[k])] += Vec3f(across / area * std::atan2(area, dot(a, b)));
-        }
+        const Vec3f normal(across / area);
+        const auto angle_at = [&](int k) {
+            const double along = dot(p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
+            const double size = area + std::abs(along); // scaled by it, floats hold both
+            return is_finite(size) ? std::atan2(float(area / size), float(along / size)) : 0.0f;
+        };
+        const float first = angle_at(0), second = angle_at(1);
+        const float angles[] = {first, second, std::max(std::numbers::pi_v<float> - first - second, 0.0f)};
+        for (int k = 0; k < 3; ++k)
+            if (vertices[t[k]].smoothed()) normals[vertices.representative(t[k])] += normal * angles[k];
     }
     for (std::uint32_t i = 0; i < vertices.size(); ++i)
         if (vertices[i].smoothed() && vertices.representative(i) == i) {
