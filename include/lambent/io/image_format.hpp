@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/error.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -86,12 +87,15 @@ inline void require_image_size(const std::string& name, std::uint64_t width, std
     });
 }
 
-/// Fails where a file claims more pixels than its format's densest packing can put into its bytes.
+/// Fails where a file claims more pixels than its format's densest packing can put into its bytes, and where over
+/// 2^26 pixels (8192 x 8192, a second of decoding) have less than a byte for each 64: photographs and paintings of that
+/// size have ten times as much, pictures made to fill memory a hundredth.
 inline void require_image_bytes(const std::string& name, std::uint64_t width, std::uint64_t height,
                                 std::uint64_t least, std::uint64_t bytes) {
+    if (width * height > std::uint64_t(1) << 26) least = std::max(least, width * height / 64);
     require(bytes >= least, [&] {
         return name + ": claims " + std::to_string(width) + " x " + std::to_string(height) + " pixels in " +
-               std::to_string(bytes) + " bytes of data; they take " + std::to_string(least) + " at the least";
+               std::to_string(bytes) + " bytes of data; allowed are " + std::to_string(least) + " or more";
     });
 }
 
