@@ -25,7 +25,7 @@ template <class T>
 class SceneLights {
 public:
     /// From this number of lights with a place on they are picked by the tree.
-    static constexpr std::size_t default_tree_from = 16;
+    static constexpr std::size_t default_tree_from = 2;
 
     explicit SceneLights(const Scene<T>& scene, std::size_t tree_from = default_tree_from)
         : scene_(scene), environment_(scene.environment.map, scene.environment.width, scene.environment.height,
