@@ -56,7 +56,7 @@ TEST_CASE("triangle light: irradiance is Lambert's formula, 1/pdf means the soli
         for (Vec3d& p : above)
             p = Vec3d(random.uniform(-1, 1), 0, random.uniform(-1, 1)) * 2.0 +
                 Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)) * size + Vec3d(0, height, 0);
-        TriangleLight<double> light{{above[0] + from, above[1] + from, above[2] + from}};
+        const TriangleLight<double> light({above[0] + from, above[1] + from, above[2] + from});
         double irradiance = 0, omega = 0, worst = 0;
         constexpr int side = 200;
         over_grid(side, seed + std::uint64_t(round), [&](const Vec2d& u) {
@@ -69,7 +69,7 @@ TEST_CASE("triangle light: irradiance is Lambert's formula, 1/pdf means the soli
             const double t = length(s.target - from);
             worst = std::max(worst, length(from + s.wi * t - s.target));
             worst = std::max(worst, std::abs(light.pdf(t * t, s.wi) / s.pdf - 1));
-            const Vec3d point = light.vertices[0] * (1 - b.x - b.y) + light.vertices[1] * b.x + light.vertices[2] * b.y;
+            const Vec3d point = light.vertices()[0] * (1 - b.x - b.y) + light.vertices()[1] * b.x + light.vertices()[2] * b.y;
             worst = std::max(worst, length(point - s.target));
         });
         CAPTURE(round);
@@ -80,7 +80,7 @@ TEST_CASE("triangle light: irradiance is Lambert's formula, 1/pdf means the soli
 }
 
 TEST_CASE("triangle light: which side is the front, and none from the edge on") {
-    const TriangleLight<float> light{{Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{0, 1, 0}}}; // front towards +z
+    const TriangleLight<float> light({Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{0, 1, 0}}); // front towards +z
     Vec2f b;
     bool front = false;
     CHECK(light.sample({0.2f, 0.2f, 1}, {0.3f, 0.6f}, b, front).pdf > 0);
@@ -89,7 +89,7 @@ TEST_CASE("triangle light: which side is the front, and none from the edge on") 
     CHECK_FALSE(front);
     CHECK(light.sample({4, 4, 0}, {0.3f, 0.6f}, b, front).pdf == 0);
     CHECK(light.sample(Vec3f(0), {0, 0}, b, front).pdf == 0); // from the sampled point itself
-    const TriangleLight<float> flat{{Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{2, 0, 0}}};
+    const TriangleLight<float> flat({Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{2, 0, 0}});
     CHECK(flat.sample({0, 0, 1}, {0.3f, 0.6f}, b, front).pdf == 0);
 }
 

@@ -38,8 +38,9 @@ Lights<T> scattered(std::size_t n, std::uint64_t seed) {
     for (std::size_t i = 0; i < n; ++i) {
         const Vec3d place(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
         const double size = std::pow(10, random.uniform(-2, -0.5));
-        TriangleLight<T> t;
-        for (Vec3<T>& v : t.vertices) v = Vec3<T>(place + unit_vector(random) * size);
+        std::array<Vec3<T>, 3> vertices;
+        for (Vec3<T>& v : vertices) v = Vec3<T>(place + unit_vector(random) * size);
+        const TriangleLight<T> t(vertices);
         const bool both = random.uniform() < 0.2;
         const T radiance = T(std::pow(10, random.uniform(-1, 2)));
         lights.triangles.push_back(t);
@@ -54,7 +55,7 @@ Lights<T> scattered(std::size_t n, std::uint64_t seed) {
 template <class T>
 double irradiance(const Lights<T>& lights, std::size_t i, const Vec3d& p, const Vec3d& n, int side) {
     const TriangleLight<T>& t = lights.triangles[i];
-    const Vec3d a(t.vertices[0]), b(t.vertices[1]), c(t.vertices[2]);
+    const Vec3d a(t.vertices()[0]), b(t.vertices()[1]), c(t.vertices()[2]);
     const Vec3d area = cross(b - a, c - a) / 2.0;
     double sum = 0;
     for (int y = 0; y < side; ++y)
@@ -195,7 +196,7 @@ TEST_CASE("light tree: a spot lights its cone only, a triangle its front, both s
     spot.kind = PunctualLight::Kind::spot;
     spot.direction = {0, -1, 0};
     spot.outer_cone_cos = 0.8f;
-    const TriangleLight<float> triangle{{Vec3f{0, 0, 0}, Vec3f{0, 0, 0.1f}, Vec3f{0.1f, 0, 0}}}; // front towards +y
+    const TriangleLight<float> triangle({Vec3f{0, 0, 0}, Vec3f{0, 0, 0.1f}, Vec3f{0.1f, 0, 0}}); // front towards +y
     using Sides = LightBounds<float>::Sides;
     const auto lit = [](const LightBounds<float>& b, const Vec3f& p, const Vec3f& n) {
         return LightTree<float>(std::vector{b}).pmf(p, n, 0) > 0;

@@ -19,31 +19,37 @@ inline Vec3<T> triangle_error(const Vec3<T>& p0, const Vec3<T>& p1, const Vec3<T
 }
 
 /// A triangle that emits, sampled uniformly over its area. Radiance is the caller's to fill in: it may vary
-/// over the triangle, by the barycentrics that `sample` reports.
+/// over the triangle, by the barycentrics that `sample` reports. Of area 0 it is never found.
 template <class T>
-struct TriangleLight {
-    std::array<Vec3<T>, 3> vertices;
+class TriangleLight {
+public:
+    explicit TriangleLight(const std::array<Vec3<T>, 3>& vertices) : vertices_(vertices) {
+        const Vec3<T> doubled_area = robust_cross(vertices[1] - vertices[0], vertices[2] - vertices[0]);
+        const T size = length(doubled_area);
+        if (!(size > 0)) return;
+        normal_ = doubled_area / size;
+        area_ = size / 2;
+    }
 
-    /// Cross product of the edges: twice the area along the normal.
-    Vec3<T> area_vector() const { return robust_cross(vertices[1] - vertices[0], vertices[2] - vertices[0]); }
+    const std::array<Vec3<T>, 3>& vertices() const { return vertices_; }
+    T area() const { return area_; }
+    const Vec3<T>& normal() const { return normal_; } ///< unit, of the front
 
     /// Density per solid angle at a point from which the triangle is met at this squared distance in unit
     /// direction wi; 0 from the edge on.
     T pdf(T distance2, const Vec3<T>& wi) const {
-        const T projected_area = glm::abs(dot(area_vector(), wi)) / 2;
+        const T projected_area = glm::abs(dot(normal_, wi)) * area_;
         return projected_area > 0 ? distance2 / projected_area : T(0);
     }
 
     /// For a mean luminance of radiance above 0.
     LightBounds<T> bounds(T luminance, typename LightBounds<T>::Sides sides) const {
         LightBounds<T> b;
-        for (const Vec3<T>& v : vertices) b.box.add(v);
-        const Vec3<T> doubled_area = area_vector();
-        const T size = length(doubled_area);
-        if (!(size > 0)) return b;
-        b.axis = doubled_area / size;
+        for (const Vec3<T>& v : vertices_) b.box.add(v);
+        if (!(area_ > 0)) return b;
+        b.axis = normal_;
         b.cos_normals = 1;
-        b.intensity = luminance * size / 2;
+        b.intensity = luminance * area_;
         b.sides = sides;
         return b;
     }
@@ -53,21 +59,24 @@ struct TriangleLight {
     LightSample<T> sample(const Vec3<T>& from, const Vec2<T>& u, Vec2<T>& barycentric, bool& front) const {
         LightSample<T> s;
         barycentric = square_to_triangle(u);
-        const Vec3<T> p0 = vertices[0] * (1 - barycentric.x - barycentric.y);
-        const Vec3<T> p1 = vertices[1] * barycentric.x, p2 = vertices[2] * barycentric.y;
+        const Vec3<T> p0 = vertices_[0] * (1 - barycentric.x - barycentric.y);
+        const Vec3<T> p1 = vertices_[1] * barycentric.x, p2 = vertices_[2] * barycentric.y;
         s.target = p0 + p1 + p2;
-        s.target_error = triangle_error(p0, p1, p2, vertices);
+        s.target_error = triangle_error(p0, p1, p2, vertices_);
         const Vec3<T> to_light = s.target - from;
         const T distance2 = dot(to_light, to_light);
-        const Vec3<T> doubled_area = area_vector();
-        const T length2 = dot(doubled_area, doubled_area);
-        if (!(distance2 > 0) || !(length2 > 0)) return s;
+        if (!(distance2 > 0)) return s;
         s.wi = to_light / std::sqrt(distance2);
-        s.target_normal = doubled_area / std::sqrt(length2);
-        front = dot(s.target_normal, s.wi) < 0;
+        s.target_normal = normal_;
+        front = dot(normal_, s.wi) < 0;
         s.pdf = pdf(distance2, s.wi);
         return s;
     }
+
+private:
+    std::array<Vec3<T>, 3> vertices_;
+    Vec3<T> normal_{0};
+    T area_ = 0;
 };
 
 } // namespace LAMBENT_ABI

@@ -141,11 +141,12 @@ private:
         if (!(light.pdf > 0)) return;
         const Vec3<T> wi = frame.to_local(light.wi);
         if (!same_side(surface, light.wi, wi.z)) return;
-        const Vec3<T> value = bsdf.eval(wo, wi) * glm::abs(wi.z) * light.radiance * path.throughput;
+        const BsdfValue<T> scattered = evaluate(bsdf, wo, wi);
+        const Vec3<T> value = scattered.f * glm::abs(wi.z) * light.radiance * path.throughput;
         if (is_black(value)) return;
         T weight = 1;
         if constexpr (strategy == PathStrategy::both)
-            if (!light.delta) weight = mis_weight(light.pdf, bsdf.pdf(wo, wi));
+            if (!light.delta) weight = mis_weight(light.pdf, scattered.pdf);
         path.shadow_radiance = value * (weight / light.pdf);
         path.shadow_ray = light.infinite
                               ? spawn_ray(surface, light.wi)

@@ -61,6 +61,7 @@ template <class T>
 StandardPoint<T> standard_point(const Scene<T>& scene, const Material& m, const Attributes& a, bool front) {
     StandardPoint<T> p;
     p.base_color = Vec3<T>(base_color_at(scene, m, a));
+    if (m.diffuse()) return p;
     p.metallic = T(m.metallic);
     p.roughness = T(m.roughness);
     if (m.metallic_roughness_texture) {

@@ -53,6 +53,10 @@ struct Material {
     bool unlit = false;                    ///< shows its base colour whatever the light
 
     bool emissive() const { return max_component(emission) > 0; }
+    /// Whether it is Lambert's everywhere: factors of 0 make textures idle.
+    bool diffuse() const {
+        return metallic <= 0 && specular <= 0 && transmission <= 0 && clearcoat <= 0 && is_black(sheen_color);
+    }
 
     /// Calls f(texture) for every texture slot.
     template <class M, class F>

@@ -85,7 +85,8 @@ public:
             const Vec3<T> p0 = scene_.positions[t[0]] * w, p1 = scene_.positions[t[1]] * hit.u,
                           p2 = scene_.positions[t[2]] * hit.v;
             s.position = p0 + p1 + p2;
-            s.position_error = triangle_error(p0, p1, p2, triangle_light(hit.primitive).vertices);
+            s.position_error = triangle_error(p0, p1, p2, {scene_.positions[t[0]], scene_.positions[t[1]],
+                                                           scene_.positions[t[2]]});
             s.geometric_normal = triangle_normal(hit.primitive);
             s.shading_normal = s.geometric_normal;
             if (!scene_.normals.empty()) {
@@ -158,11 +159,6 @@ private:
         return hit;
     }
 
-    TriangleLight<T> triangle_light(std::uint32_t triangle) const {
-        const UVec3 t = scene_.triangles[triangle];
-        return {{scene_.positions[t[0]], scene_.positions[t[1]], scene_.positions[t[2]]}};
-    }
-
     /// Bends a shading normal until the viewer's mirrored direction leaves the true surface: near silhouettes, and under
     /// steep normal maps, facets would be black that see nothing but the surface itself.
     /// source  Keller et al., The Iray Light Transport Simulation and Rendering System (2017), A.3
@@ -183,10 +179,15 @@ private:
         const UVec3 t = scene_.triangles[triangle];
         const Vec3<T> a = scene_.positions[t[1]] - scene_.positions[t[0]];
         const Vec3<T> b = scene_.positions[t[2]] - scene_.positions[t[0]];
-        const T scale = glm::max(max_component(abs(a)), max_component(abs(b)));
-        const Vec3<T> n = robust_cross(a / scale, b / scale);
-        const T size = length(n);
-        return size > 0 ? n / size : Vec3<T>(0, 0, 1);
+        constexpr T tiny = T(1e-24), huge = T(1e24);
+        Vec3<T> n = robust_cross(a, b);
+        T size2 = dot(n, n);
+        if (!(size2 > tiny) || !(size2 < huge)) { // what is squared here could under- or overflow
+            const T scale = glm::max(max_component(abs(a)), max_component(abs(b)));
+            n = robust_cross(a / scale, b / scale);
+            size2 = dot(n, n);
+        }
+        return size2 > 0 ? n / std::sqrt(size2) : Vec3<T>(0, 0, 1);
     }
 
     /// Whether `ray` finds a surface at a point of a triangle. Where that is a matter of chance, the ray's own bits

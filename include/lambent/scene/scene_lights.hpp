@@ -78,7 +78,8 @@ public:
         const Shares& shares = shares_[std::size_t(Companion::bsdf)];
         const T pick = (1 - shares.environment) * (1 - shares.distant) *
                        (tree_.empty() ? T(table_.probability(light)) : tree_.pmf(from, normal, light));
-        if (primitive < scene_.triangles.size()) return pick * triangle(primitive).pdf(distance * distance, wi);
+        if (primitive < scene_.triangles.size())
+            return pick * triangles_[lights_[light].index].shape.pdf(distance * distance, wi);
         return pick * sphere(primitive - std::uint32_t(scene_.triangles.size())).pdf(from);
     }
 
@@ -92,7 +93,13 @@ private:
     enum class Kind : std::uint8_t { triangle, sphere, punctual };
     struct LightRef {
         Kind kind;
-        std::uint32_t index;
+        std::uint32_t index; ///< among triangles_, the scene's spheres, or its punctual lights
+    };
+    struct Triangle {
+        TriangleLight<T> shape;
+        Vec3<T> radiance; ///< unless it varies
+        std::uint32_t primitive;
+        bool double_sided, varies;
     };
     struct Shares {
         T environment = 0; ///< of all samples
@@ -117,9 +124,9 @@ private:
         return chosen.index;
     }
 
-    TriangleLight<T> triangle(std::uint32_t index) const {
+    TriangleLight<T> triangle(std::size_t index) const {
         const UVec3 t = scene_.triangles[index];
-        return {{scene_.positions[t[0]], scene_.positions[t[1]], scene_.positions[t[2]]}};
+        return TriangleLight<T>({scene_.positions[t[0]], scene_.positions[t[1]], scene_.positions[t[2]]});
     }
     SphereLight<T> sphere(std::uint32_t index) const {
         const Sphere<T>& s = scene_.spheres[index];
@@ -140,11 +147,13 @@ private:
         case Kind::triangle: {
             Vec2<T> barycentric(0);
             bool front = false;
-            s = triangle(light.index).sample(from, u, barycentric, front);
-            const Material& material = scene_.materials[scene_.triangle_materials[light.index]];
-            if (!front && !material.double_sided) s.pdf = 0;
-            if (!(s.pdf > 0)) break;
-            const Attributes a = attributes_at(scene_, light.index, barycentric.x, barycentric.y);
+            const Triangle& t = triangles_[light.index];
+            s = t.shape.sample(from, u, barycentric, front);
+            if (!front && !t.double_sided) s.pdf = 0;
+            s.radiance = t.radiance;
+            if (!t.varies || !(s.pdf > 0)) break;
+            const Material& material = scene_.materials[scene_.triangle_materials[t.primitive]];
+            const Attributes a = attributes_at(scene_, t.primitive, barycentric.x, barycentric.y);
             s.radiance = Vec3<T>(emission_at(scene_, material, a) * coverage_at(scene_, material, a));
             break;
         }
@@ -169,9 +178,13 @@ private:
             const Material& m = scene_.materials[scene_.triangle_materials[i]];
             if (!m.emissive()) continue;
             using Sides = typename LightBounds<T>::Sides;
-            const auto b = triangle(std::uint32_t(i)).bounds(T(mean_luminance(std::uint32_t(i), m)),
-                                                             m.double_sided ? Sides::both : Sides::front);
-            of_primitive[i] = add(Kind::triangle, i, b, pi<double> * double(b.intensity) * (m.double_sided ? 2 : 1));
+            const TriangleLight<T> shape = triangle(i);
+            const auto b = shape.bounds(T(mean_luminance(std::uint32_t(i), m)), m.double_sided ? Sides::both : Sides::front);
+            of_primitive[i] = add(Kind::triangle, triangles_.size(), b,
+                                  pi<double> * double(b.intensity) * (m.double_sided ? 2 : 1));
+            if (of_primitive[i] == no_light) continue;
+            const bool varies = m.emission_texture || m.alpha_mode != AlphaMode::opaque;
+            triangles_.push_back({shape, Vec3<T>(m.emission), std::uint32_t(i), m.double_sided, varies});
         }
         for (std::size_t i = 0; i < scene_.spheres.size(); ++i) {
             const auto b = sphere(std::uint32_t(i)).bounds(luminance(emission_of_sphere(std::uint32_t(i))));
@@ -225,6 +238,7 @@ private:
     const Scene<T>& scene_;
     EnvironmentLight<T> environment_;
     std::vector<LightRef> lights_;                  ///< with a place
+    std::vector<Triangle> triangles_;               ///< those among lights_
     std::vector<std::uint32_t> distant_lights_;     ///< punctual ones that are directional
     std::vector<std::uint32_t> light_of_primitive_; ///< empty without lights among them
     Shares shares_[2];                              ///< by Companion
