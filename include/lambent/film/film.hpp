@@ -23,7 +23,7 @@ inline namespace LAMBENT_ABI {
 /// rounding error grows with log2 of their number and the sums depend on *which* samples are in, not on how
 /// they were split between threads, passes, runs or machines: any split merges to the same bits.
 /// The samples of one film need not be contiguous; no sample is in twice.
-/// memory  width · height · (7 to 20 by the planes) · sizeof(T) for each block: one where their number is a power
+/// memory  width · height · (7 to 42 by the planes) · sizeof(T) for each block: one where their number is a power
 ///         of two, at most log2 of it for samples from 0 on
 template <class T>
 class Film {
@@ -246,6 +246,22 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
     if (layout.position >= 0) frame.position.allocate(width_, height_);
     if (layout.depth >= 0) frame.depth.allocate(width_, height_);
     if (!material_.empty()) frame.material.allocate(width_, height_);
+    struct Part { // of moments: where it stands and where it goes
+        int sum;
+        Plane<T, 3>*mean, *variance;
+    };
+    const std::array<Part, 4> parts{{{layout.root_direct, &frame.root_direct, &frame.root_direct_variance},
+                                     {layout.root_indirect, &frame.root_indirect, &frame.root_indirect_variance},
+                                     {layout.albedo, nullptr, &frame.albedo_variance},
+                                     {layout.normal, nullptr, &frame.normal_variance}}};
+    for (const Part& part : parts) {
+        if (layout.deviation_of(part.sum) < 0) continue;
+        if (part.mean != nullptr) part.mean->allocate(width_, height_);
+        part.variance->allocate(width_, height_);
+    }
+    if (layout.direct >= 0) frame.direct.allocate(width_, height_);
+    const int depth_deviation = layout.deviation_of(layout.depth);
+    if (depth_deviation >= 0) frame.depth_variance.allocate(width_, height_);
     if (blocks_.empty()) return frame;
 
     const auto stored = [](double value) { // an overflowed sum is infinite, the difference of two is NaN
@@ -279,6 +295,14 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
             if (layout.albedo >= 0) frame.albedo.view().store(x, y, mean3(layout.albedo, n));
             if (layout.normal >= 0) frame.normal.view().store(x, y, mean3(layout.normal, n));
             if (!material_.empty()) frame.material.view().store(x, y, T(material_[pixel]));
+            if (layout.direct >= 0) frame.direct.view().store(x, y, mean3(layout.direct, n));
+            for (const Part& part : parts) {
+                if (part.variance->view().absent()) continue;
+                if (part.mean != nullptr) part.mean->view().store(x, y, mean3(part.sum, n));
+                if (n > 1) part.variance->view().store(x, y, mean3(layout.deviation_of(part.sum), n * (n - 1)));
+            }
+            if (depth_deviation >= 0 && n > 1)
+                frame.depth_variance.view().store(x, y, stored(sums[std::size_t(depth_deviation)] / (n * (n - 1))));
             if (!(hits > 0)) continue;
             if (layout.position >= 0)
                 frame.position.view().store(x, y, Vec3<T>(Vec3d(mean3(layout.position, hits)) + position_offset));

@@ -1,7 +1,9 @@
 #pragma once
 #include <lambent/core/numerics.hpp>
 #include <lambent/film/pixel_sample.hpp>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -10,7 +12,7 @@ inline namespace LAMBENT_ABI {
 
 /// Which planes a film accumulates besides radiance, its variance and alpha, which it always has: a set, joined by
 /// `|`. What is not in it takes no memory. Illumination is derived, and brings what it is derived from.
-enum class FilmPlanes : std::uint8_t {
+enum class FilmPlanes : std::uint16_t {
     radiance = 0,
     emission = 1,
     albedo = 2,
@@ -19,11 +21,14 @@ enum class FilmPlanes : std::uint8_t {
     depth = 16,
     material = 32,
     illumination = 64 | emission | albedo,
-    features = 127 ///< all of them
+    features = 127,                               ///< all of the above
+    light_moments = 128,                          ///< direct light; mean and variance of √direct and √indirect
+    feature_moments = 256 | albedo | normal | depth, ///< their variances
+    statistics = features | light_moments | feature_moments ///< what denoisers can use: all planes
 };
 
 constexpr FilmPlanes operator|(FilmPlanes a, FilmPlanes b) {
-    return FilmPlanes(std::uint8_t(std::uint8_t(a) | std::uint8_t(b)));
+    return FilmPlanes(std::uint16_t(std::uint16_t(a) | std::uint16_t(b)));
 }
 constexpr FilmPlanes& operator|=(FilmPlanes& a, FilmPlanes b) { return a = a | b; }
 /// Whether all of `part` is in `planes`.
@@ -42,6 +47,8 @@ inline std::string describe(FilmPlanes planes) {
     add(FilmPlanes::depth, "depth");
     add(FilmPlanes::material, "material");
     add(FilmPlanes::illumination, "illumination");
+    add(FilmPlanes::light_moments, "light moments");
+    add(FilmPlanes::feature_moments, "feature moments");
     return names;
 }
 
@@ -57,21 +64,55 @@ inline T multiply_add(T a, T b, T c) {
 /// Where a pixel's sums stand: radiance, its squared deviations from the mean, the number of hits, then the
 /// planes asked for; -1 = not there. Merging is written so that no two compilations of it round differently.
 struct FilmLayout {
-    static constexpr int radiance = 0, deviation = 3, alpha = 6, most_channels = 20;
+    static constexpr int radiance = 0, deviation = 3, alpha = 6, most_channels = 42;
     int emission = -1, albedo = -1, normal = -1, position = -1, depth = -1;
+    int direct = -1, root_direct = -1, root_indirect = -1;
     int channels = alpha + 1;
 
+    /// Sums of so many channels and the squared deviations that belong to them.
+    struct Moment {
+        int sum, deviation, size;
+    };
+    std::array<Moment, 6> moments{{{radiance, deviation, 3}}};
+    std::size_t moment_count = 1;
+
     explicit FilmLayout(FilmPlanes planes) {
-        const auto place = [&](FilmPlanes plane, int& offset, int size) {
-            if (!contains(planes, plane)) return;
-            offset = channels;
+        const auto take = [&](int size) {
+            const int offset = channels;
             channels += size;
+            return offset;
+        };
+        const auto place = [&](FilmPlanes plane, int& offset, int size) {
+            if (contains(planes, plane)) offset = take(size);
+        };
+        const auto place_deviation = [&](int sum, int size) {
+            moments[moment_count++] = {sum, take(size), size};
+            return moments[moment_count - 1].deviation;
         };
         place(FilmPlanes::emission, emission, 3);
         place(FilmPlanes::albedo, albedo, 3);
         place(FilmPlanes::normal, normal, 3);
         place(FilmPlanes::position, position, 3);
         place(FilmPlanes::depth, depth, 1);
+        place(FilmPlanes::light_moments, direct, 3);
+        place(FilmPlanes::light_moments, root_direct, 3);
+        place(FilmPlanes::light_moments, root_indirect, 3);
+        if (contains(planes, FilmPlanes::light_moments)) {
+            place_deviation(root_direct, 3);
+            place_deviation(root_indirect, 3);
+        }
+        if (contains(planes, FilmPlanes::feature_moments)) {
+            place_deviation(albedo, 3);
+            place_deviation(normal, 3);
+            place_deviation(depth, 1);
+        }
+    }
+
+    /// Where the deviations of these sums stand.
+    int deviation_of(int sum) const {
+        for (std::size_t i = 0; i < moment_count; ++i)
+            if (moments[i].sum == sum) return moments[i].deviation;
+        return -1;
     }
 
     template <class T>
@@ -81,13 +122,27 @@ struct FilmLayout {
             for (int c = 0; c < 3; ++c) out[offset + c] = v[c];
         };
         put(radiance, s.radiance);
-        put(deviation, Vec3<T>(0));
         out[alpha] = s.hit ? T(1) : T(0);
         put(emission, s.emission);
         put(albedo, s.albedo);
         put(normal, s.normal);
         put(position, s.position);
         if (depth >= 0) out[depth] = s.depth;
+        if (direct >= 0) {
+            put(direct, s.direct);
+            put(root_direct, sqrt(max(s.direct, Vec3<T>(0))));
+            put(root_indirect, sqrt(max(s.radiance - s.emission - s.direct, Vec3<T>(0))));
+        }
+        for (std::size_t i = 0; i < moment_count; ++i)
+            for (int c = 0; c < moments[i].size; ++c) out[moments[i].deviation + c] = 0;
+    }
+
+    /// Calls f with every channel that is a sum and no deviation: those of moments but the first come last.
+    template <class F>
+    void for_each_sum(F&& f) const {
+        for (int c = 0; c < 3; ++c) f(radiance + c);
+        const int end = moment_count > 1 ? moments[1].deviation : channels;
+        for (int c = alpha; c < end; ++c) f(c);
     }
 
     /// Adds the sums b to the sums a, each of n samples, n a power of two.
@@ -95,24 +150,26 @@ struct FilmLayout {
     template <class T>
     void merge_halves(T* a, const T* b, double n) const {
         const T scale = T(0.5 / n);
-        for (int c = 0; c < 3; ++c) {
-            const T difference = b[radiance + c] - a[radiance + c];
-            a[deviation + c] = multiply_add(difference * difference, scale, a[deviation + c] + b[deviation + c]);
-        }
-        for (int c = 0; c < 3; ++c) a[radiance + c] += b[radiance + c];
-        for (int c = alpha; c < channels; ++c) a[c] += b[c];
+        for (std::size_t i = 0; i < moment_count; ++i)
+            for (int c = 0; c < moments[i].size; ++c) {
+                const int sum = moments[i].sum + c, squares = moments[i].deviation + c;
+                const T difference = b[sum] - a[sum];
+                a[squares] = multiply_add(difference * difference, scale, a[squares] + b[squares]);
+            }
+        for_each_sum([&](int c) { a[c] += b[c]; });
     }
 
     /// Adds the sums b of nb samples to the sums a of na samples, any numbers, in double.
     template <class T>
     void merge(double* a, double na, const T* b, double nb) const {
         const double weight = na * nb / (na + nb);
-        for (int c = 0; c < 3; ++c) {
-            const double difference = double(b[radiance + c]) / nb - a[radiance + c] / na;
-            a[deviation + c] = multiply_add(difference * difference, weight, a[deviation + c] + double(b[deviation + c]));
-        }
-        for (int c = 0; c < 3; ++c) a[radiance + c] += double(b[radiance + c]);
-        for (int c = alpha; c < channels; ++c) a[c] += double(b[c]);
+        for (std::size_t i = 0; i < moment_count; ++i)
+            for (int c = 0; c < moments[i].size; ++c) {
+                const int sum = moments[i].sum + c, squares = moments[i].deviation + c;
+                const double difference = double(b[sum]) / nb - a[sum] / na;
+                a[squares] = multiply_add(difference * difference, weight, a[squares] + double(b[squares]));
+            }
+        for_each_sum([&](int c) { a[c] += double(b[c]); });
     }
 };
 

@@ -33,11 +33,19 @@ struct PathState {
     T bsdf_pdf = 0;          ///< of the ray's direction; 0 where only it could find a light: of the camera, or a delta lobe's
     T eta_scale = 1;         ///< what refraction has done to the scale of the throughput
     bool specular = true;    ///< delta lobes only so far
+    bool first = false;      ///< the ray left the first surface that is not specular
+    bool shadow_first = false; ///< so did the shadow ray
     Vec3<T> normal{0};       ///< of the surface that the ray left, as lights were asked for there
     Vec3<T> extinction{0};   ///< per unit of length, of the volume that the ray is in
     Ray<T> shadow_ray;
     Vec3<T> shadow_radiance{0};
     bool alive = true;
+
+    /// To be called where nothing is in the way of the shadow ray.
+    void add_shadow_radiance() {
+        result.radiance += shadow_radiance;
+        if (shadow_first) result.direct += shadow_radiance;
+    }
 };
 
 /// Unidirectional path tracing with next-event estimation, multiple importance sampling and roulette on the
@@ -56,7 +64,7 @@ struct PathIntegrator {
     }
 
     /// Takes the path from its ray's hit to its next ray. A shadow ray that it asks for has to be answered
-    /// before the next call: add shadow_radiance to the result unless it is occluded.
+    /// before the next call: add_shadow_radiance() unless it is occluded.
     template <RenderScene S, SampleStream Stream>
     void advance(const S& scene, PathState<typename S::Scalar>& path, const Hit<typename S::Scalar>& hit,
                  const Stream& stream) const {
@@ -88,7 +96,7 @@ struct PathIntegrator {
             advance(scene, path, path.depth == 0 ? detail::camera_hit(scene, path.ray) : scene.intersect(path.ray), stream);
             if (is_black(path.shadow_radiance)) continue;
             ++counts.shadow;
-            if (!scene.occluded(path.shadow_ray)) path.result.radiance += path.shadow_radiance;
+            if (!scene.occluded(path.shadow_ray)) path.add_shadow_radiance();
         }
         return path.result;
     }
@@ -111,6 +119,7 @@ private:
             if constexpr (strategy == PathStrategy::both) radiance *= mis_weight(path.bsdf_pdf, light_pdf());
         }
         path.result.radiance += radiance;
+        if (path.first) path.result.direct += radiance;
     }
 
     /// Next-event estimation and the next direction at a surface.
@@ -148,6 +157,7 @@ private:
         if constexpr (strategy == PathStrategy::both)
             if (!light.delta) weight = mis_weight(light.pdf, scattered.pdf);
         path.shadow_radiance = value * (weight / light.pdf);
+        path.shadow_first = path.specular;
         path.shadow_ray = light.infinite
                               ? spawn_ray(surface, light.wi)
                               : spawn_ray_to(surface, light.target, light.target_error, light.target_normal);
@@ -178,6 +188,7 @@ private:
         }
         if (bounce.wi.z < 0) path.extinction = surface.front ? surface.extinction : Vec3<T>(0);
         path.bsdf_pdf = bounce.delta ? T(0) : bounce.pdf;
+        path.first = path.specular && !bounce.delta;
         path.specular = path.specular && bounce.delta;
         path.normal = lit_normal(surface, bsdf);
         path.ray = spawn_ray(surface, wi);

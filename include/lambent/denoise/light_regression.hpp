@@ -1,0 +1,332 @@
+#pragma once
+#include <lambent/core/exp.hpp>
+#include <lambent/core/parallel.hpp>
+#include <lambent/core/simd.hpp>
+#include <lambent/film/pixel_data.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <vector>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// How LightRegression weighs and fits.
+struct LightRegressionOptions {
+    int radius = 8;               ///< of the windows that models are fitted in, in pixels
+    int stride = 2;               ///< one model for so many pixels a side, 1 or 2
+    double feature_sigma = 1.5;   ///< in deviations of a feature, or steps to the neighbouring pixels
+    double feature_floor = 1e-3;  ///< least variance of a feature
+    double own_vote = 1e-9; ///< weight of a pixel's own colour
+    double ridge = 1e-3;          ///< on the slopes, relative to the sum of weights
+    std::array<double, 2> test_softness{0.25, 0.25}; ///< by how much tests of patches of radius 1 and 3 may fail
+};
+
+namespace detail {
+
+/// Planes with a rim that repeats the border, split by columns modulo the stride, so that every stride-th pixel of a row
+/// lies beside the next in memory, whichever pixel it starts from.
+template <class T>
+class PhasedPlanes {
+public:
+    static constexpr int rim = 16, reserve = 48; ///< pixels left and right; zeros that tiles may read beyond them
+
+    PhasedPlanes(int width, int height, int channels, int stride)
+        : stride_(stride), row_((width + 2 * rim + reserve + stride - 1) / stride), rows_(height + 2 * rim),
+          channel_(std::size_t(stride) * std::size_t(rows_) * std::size_t(row_)),
+          values_(std::size_t(channels) * channel_) {}
+
+    /// Where pixel (x, y) lies in each channel, x and y from -rim on; pixels (x + stride · i, y) lie behind it.
+    std::size_t at(int x, int y) const {
+        const int column = x + rim, phase = column % stride_;
+        return (std::size_t(phase) * std::size_t(rows_) + std::size_t(y + rim)) * std::size_t(row_) +
+               std::size_t(column / stride_);
+    }
+    T* channel(int c) { return values_.data() + std::size_t(c) * channel_; }
+    const T* channel(int c) const { return values_.data() + std::size_t(c) * channel_; }
+
+    template <class F> // f(x, y) of a pixel inside
+    void fill(int c, int width, int height, F&& f) {
+        T* const values = channel(c);
+        for (int y = -rim; y < height + rim; ++y)
+            for (int x = -rim; x < width + rim; ++x)
+                values[at(x, y)] = f(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1));
+    }
+
+private:
+    int stride_, row_, rows_;
+    std::size_t channel_;
+    std::vector<T> values_;
+};
+
+} // namespace detail
+
+/// First-order regression of light on features in overlapping windows, weighted by features and by a test on the samples'
+/// own statistics whether two pixels could have the same light: smooth where light is, sharp where it is not, with an
+/// error that falls to 0 with the noise. Each window's model says something about all its pixels; a pixel is the mean
+/// of what is said, by weight.
+/// source  regression: Bitterli et al., Nonlinearly weighted first-order regression for denoising Monte Carlo
+///         renderings, EGSR 2016; tests: Sakai et al., A statistical approach to Monte Carlo denoising, SIGGRAPH Asia 2024
+template <std::floating_point T>
+class LightRegression {
+    static constexpr int width = 8, features = 7, coefficients = features + 1, block = 4;
+    using P = Pack<T, width>;
+    using Phased = detail::PhasedPlanes<T>;
+
+public:
+    /// `guides`: albedo, normal and depth in 7 channels, absent ones 0; `scales`: of each guide 1 / variance that counts
+    /// as the same.
+    LightRegression(int image_width, int image_height, const LightRegressionOptions& options)
+        : w_(image_width), h_(image_height), o_(options), guides_(w_, h_, features, options.stride),
+          scales_(w_, h_, features, options.stride), inside_(w_, h_, 1, options.stride) {
+        inside_.fill(0, w_, h_, [](int, int) { return T(1); });
+        for (int y = -Phased::rim; y < h_ + Phased::rim; ++y)
+            for (int x = -Phased::rim; x < w_ + Phased::rim; ++x)
+                if (x < 0 || y < 0 || x >= w_ || y >= h_) inside_.channel(0)[inside_.at(x, y)] = 0;
+    }
+
+    /// guide(x, y) and variance(x, y), of the same unit squared.
+    template <class F, class V>
+    void set_guide(int channel, F&& guide, V&& variance) {
+        guides_.fill(channel, w_, h_, guide);
+        const T floor = T(o_.feature_floor), factor = T(o_.feature_sigma * o_.feature_sigma);
+        scales_.fill(channel, w_, h_, [&](int x, int y) {
+            const auto step = [&](int dx, int dy) {
+                const T a = guide(std::clamp(x - dx, 0, w_ - 1), std::clamp(y - dy, 0, h_ - 1));
+                const T b = guide(std::clamp(x + dx, 0, w_ - 1), std::clamp(y + dy, 0, h_ - 1));
+                const T here = guide(x, y);
+                const T least = std::min(std::abs(a - here), std::abs(b - here));
+                return least * least;
+            };
+            const T step2 = step(1, 0) + step(0, 1);
+            return 1 / (factor * std::max({floor, T(variance(x, y)), step2}));
+        });
+    }
+
+    /// `color`: what is fitted; `root`, `root_variance`: what is tested. `out` may be `color`.
+    template <Executor E>
+    void run(const PixelView<const T, 3>& color, const PixelView<const T, 3>& root,
+             const PixelView<const T, 1>& root_variance, const PixelView<T, 3>& out, E& executor) const {
+        Phased colors(w_, h_, 3, o_.stride), roots(w_, h_, 4, 1);
+        for (int c = 0; c < 3; ++c) {
+            colors.fill(c, w_, h_, [&](int x, int y) { return color.load(x, y)[c]; });
+            roots.fill(c, w_, h_, [&](int x, int y) { return root.load(x, y)[c]; });
+        }
+        roots.fill(3, w_, h_, [&](int x, int y) { return root_variance.load(x, y); });
+        const int tiles_x = (w_ + tile_w - 1) / tile_w, tiles_y = (h_ + tile_h - 1) / tile_h;
+        std::vector<std::vector<T>> said(std::size_t(tiles_x) * std::size_t(tiles_y));
+        executor.parallel_for(said.size(), 1, [&](std::size_t begin, std::size_t end) {
+            Work work(o_);
+            for (std::size_t i = begin; i < end; ++i) {
+                said[i].assign(std::size_t(4 * reach_w() * reach_h()), T(0));
+                fit_tile(colors, roots, int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, work, said[i].data());
+            }
+        });
+        executor.parallel_for(std::size_t(h_), 16, [&](std::size_t begin, std::size_t end) {
+            for (int y = int(begin); y < int(end); ++y)
+                for (int x = 0; x < w_; ++x) {
+                    T sum[4] = {0, 0, 0, 0};
+                    for (int ty = std::max(0, (y - o_.radius - 1) / tile_h); ty <= std::min(tiles_y - 1, (y + o_.radius) / tile_h); ++ty)
+                        for (int tx = std::max(0, (x - o_.radius - 1) / tile_w); tx <= std::min(tiles_x - 1, (x + o_.radius) / tile_w); ++tx) {
+                            const int u = x - tx * tile_w + o_.radius, v = y - ty * tile_h + o_.radius;
+                            if (u < 0 || v < 0 || u >= tile_w + 2 * o_.radius || v >= tile_h + 2 * o_.radius) continue;
+                            const T* tile = said[std::size_t(ty * tiles_x + tx)].data();
+                            for (int c = 0; c < 4; ++c) sum[c] += tile[said_index(c, u, v)];
+                        }
+                    const T own = T(o_.own_vote);
+                    const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + own * color.load(x, y)) / (sum[3] + own);
+                    out.store(x, y, max(value, Vec3<T>(0)));
+                }
+        });
+    }
+
+private:
+    static constexpr int tile_w = 32, tile_h = 16;
+
+    int reach_w() const { return tile_w + 2 * o_.radius + 2 * width; }
+    int reach_h() const { return tile_h + 2 * o_.radius; }
+    std::size_t said_channel() const {
+        return std::size_t(o_.stride * reach_h() * ((tile_w + 2 * o_.radius) / o_.stride + width));
+    }
+    std::size_t said_index(int channel, int u, int v) const {
+        const int phase = u % o_.stride, row = (tile_w + 2 * o_.radius) / o_.stride + width;
+        return std::size_t(((channel * o_.stride + phase) * reach_h() + v) * row + u / o_.stride);
+    }
+
+    struct Work {
+        explicit Work(const LightRegressionOptions& o) {
+            const int side = 2 * o.radius + 1;
+            taps = (side * side + block - 1) / block * block;
+            centers_w = tile_w / o.stride;
+            centers_h = tile_h / o.stride;
+            weights.assign(std::size_t(taps) * std::size_t(centers_w) * std::size_t(centers_h), T(0));
+            test.resize(std::size_t((tile_w + 16) * (tile_h + 8)));
+            small.resize(std::size_t(tile_w + 16));
+            large.resize(std::size_t(tile_w + 16));
+            offsets.resize(std::size_t(side * side));
+            said_offsets.resize(std::size_t(side * side));
+        }
+        int taps, centers_w, centers_h;
+        std::vector<T> weights; ///< [tap][center]
+        std::vector<T> test, small, large;
+        std::vector<std::size_t> offsets, said_offsets; ///< of the taps of one row of centers
+    };
+
+    void fit_tile(const Phased& colors, const Phased& roots, int x0, int y0, Work& work, T* said) const {
+        const int side = 2 * o_.radius + 1;
+        for (int t = 0; t < side * side; ++t)
+            weigh(roots, x0, y0, t % side - o_.radius, t / side - o_.radius, work,
+                  &work.weights[std::size_t(t * work.centers_w * work.centers_h)]);
+        for (int j = 0; j < work.centers_h && y0 + j * o_.stride < h_; ++j) {
+            for (int t = 0; t < side * side; ++t) {
+                const int dx = t % side - o_.radius, dy = t / side - o_.radius;
+                work.offsets[std::size_t(t)] = guides_.at(x0 + dx, clamp_y(y0 + j * o_.stride + dy));
+                work.said_offsets[std::size_t(t)] = said_index(0, dx + o_.radius, j * o_.stride + dy + o_.radius);
+            }
+            for (int i = 0; i < work.centers_w && x0 + i * o_.stride < w_; i += width)
+                fit(colors, x0, y0, i, j, work, said);
+        }
+    }
+
+    /// Weights of the tile's centers with the pixels at an offset from them.
+    void weigh(const Phased& roots, int x0, int y0, int dx, int dy, Work& work, T* weights) const {
+        constexpr int patch = 3, test_w = tile_w + 16;
+        for (int y = -patch; y < tile_h + patch; ++y) {
+            T* out = &work.test[std::size_t((y + patch) * test_w)];
+            const std::size_t here = roots.at(x0, clamp_y(y0 + y)), there = roots.at(x0 + dx, clamp_y(y0 + y + dy));
+            for (int x = -patch; x < tile_w + patch; x += width) {
+                const auto difference2 = [&](int c) {
+                    const P d = P::load(roots.channel(c) + here + x) - P::load(roots.channel(c) + there + x);
+                    return d * d;
+                };
+                const P variance = P::load(roots.channel(3) + here + x) + P::load(roots.channel(3) + there + x);
+                store((difference2(0) + difference2(1) + difference2(2)) / variance, out + x + patch);
+            }
+        }
+        const T k1 = T(1 / o_.test_softness[0]), k3 = T(1 / o_.test_softness[1]);
+        for (int j = 0; j < work.centers_h; ++j) {
+            const int y = j * o_.stride;
+            const T* rows = &work.test[std::size_t(y * test_w)]; // rows y - 3 to y + 3
+            for (int x = 0; x < tile_w + 2 * patch; ++x) {
+                const T middle = rows[2 * test_w + x] + rows[3 * test_w + x] + rows[4 * test_w + x];
+                work.small[std::size_t(x)] = middle;
+                work.large[std::size_t(x)] =
+                    middle + rows[x] + rows[test_w + x] + rows[5 * test_w + x] + rows[6 * test_w + x];
+            }
+            T* out = weights + j * work.centers_w;
+            T d1[tile_w], d3[tile_w];
+            for (int i = 0; i < work.centers_w; ++i) {
+                const T* s = &work.small[std::size_t(i * o_.stride)];
+                const T* l = &work.large[std::size_t(i * o_.stride)];
+                d1[i] = (s[2] + s[3] + s[4]) * T(1.0 / 9);
+                d3[i] = (l[0] + l[1] + l[2] + l[3] + l[4] + l[5] + l[6]) * T(1.0 / 49);
+            }
+            const std::size_t center = guides_.at(x0, clamp_y(y0 + y)), tap = guides_.at(x0 + dx, clamp_y(y0 + y + dy));
+            for (int i = 0; i < work.centers_w; i += width) {
+                P distance(T(0));
+                for (int c = 0; c < features; ++c) {
+                    const P d = P::load(guides_.channel(c) + center + i) - P::load(guides_.channel(c) + tap + i);
+                    distance = multiply_add(d * d, P::load(scales_.channel(c) + center + i), distance);
+                }
+                const P zero(T(0)), one(T(1));
+                const P a = max(P::load(d1 + i) - one, zero) * P(k1), b = max(P::load(d3 + i) - one, zero) * P(k3);
+                P e[2] = {-min(distance + a, P(T(80))), -min(distance + b, P(T(80)))};
+                detail::powers_of_two<2>(e, T(detail::log2_e));
+                const P counts = P::load(inside_.channel(0) + center + i) * P::load(inside_.channel(0) + tap + i);
+                store((e[0] + e[1]) * counts, out + i);
+            }
+        }
+    }
+    static void store(P v, T* to) { v.store(to); }
+    int clamp_y(int y) const { return std::min(y, h_ + Phased::rim - 1); }
+
+    /// Fits the models of eight centers side by side, and lets each speak about its window.
+    void fit(const Phased& colors, int x0, int y0, int i, int j, const Work& work, T* said) const {
+        const int side = 2 * o_.radius + 1, y = y0 + j * o_.stride;
+        P here[features];
+        for (int c = 0; c < features; ++c) here[c] = P::load(guides_.channel(c) + guides_.at(x0, y) + i);
+        P a[coefficients * (coefficients + 1) / 2], b[coefficients * 3];
+        for (P& v : a) v = P(T(0));
+        for (P& v : b) v = P(T(0));
+        const auto weights = [&](int t) {
+            return P::load(&work.weights[std::size_t((t * work.centers_h + j) * work.centers_w + i)]);
+        };
+        for (int t0 = 0; t0 < work.taps; t0 += block) {
+            P phi[coefficients][block], weighted[coefficients][block], value[3][block];
+            for (int k = 0; k < block; ++k) {
+                const int t = std::min(t0 + k, side * side - 1);
+                const std::size_t there = work.offsets[std::size_t(t)] + std::size_t(i);
+                const P w = t0 + k < side * side ? weights(t) : P(T(0));
+                phi[0][k] = P(T(1));
+                weighted[0][k] = w;
+                for (int c = 0; c < features; ++c) {
+                    phi[c + 1][k] = P::load(guides_.channel(c) + there) - here[c];
+                    weighted[c + 1][k] = w * phi[c + 1][k];
+                }
+                for (int c = 0; c < 3; ++c) value[c][k] = P::load(colors.channel(c) + there);
+            }
+            P* entry = a;
+#pragma GCC unroll 8
+            for (int r = 0; r < coefficients; ++r) {
+#pragma GCC unroll 8
+                for (int c = 0; c <= r; ++c, ++entry)
+                    for (int k = 0; k < block; ++k)
+                        *entry = c == 0 ? *entry + weighted[r][k] : multiply_add(weighted[r][k], phi[c][k], *entry);
+#pragma GCC unroll 3
+                for (int c = 0; c < 3; ++c)
+                    for (int k = 0; k < block; ++k) b[3 * r + c] = multiply_add(weighted[r][k], value[c][k], b[3 * r + c]);
+            }
+        }
+        solve(a, b);
+        for (int t = 0; t < side * side; ++t) {
+            const std::size_t there = work.offsets[std::size_t(t)] + std::size_t(i);
+            T* const to = said + work.said_offsets[std::size_t(t)] + i;
+            const P w = weights(t);
+            P sum[3] = {b[0], b[1], b[2]};
+            for (int c = 0; c < features; ++c) {
+                const P d = P::load(guides_.channel(c) + there) - here[c];
+                for (int channel = 0; channel < 3; ++channel)
+                    sum[channel] = multiply_add(b[3 * (c + 1) + channel], d, sum[channel]);
+            }
+            for (int channel = 0; channel < 4; ++channel) {
+                T* const place = to + std::size_t(channel) * said_channel();
+                store(P::load(place) + (channel < 3 ? w * sum[channel] : w), place);
+            }
+        }
+    }
+
+    /// Solves (a + ridge) x = b by Cholesky's way; x takes the place of b.
+    void solve(P* a, P* b) const {
+        const P ridge = a[0] * P(T(o_.ridge)) + P(T(1e-12)), tiny = a[0] * P(T(1e-6)) + P(T(1e-12));
+        const auto at = [&](int r, int c) -> P& { return a[r * (r + 1) / 2 + c]; };
+        for (int r = 0; r < coefficients; ++r) {
+            at(r, r) += r == 0 ? P(T(1e-12)) : ridge;
+            for (int c = 0; c <= r; ++c) {
+                P v = at(r, c);
+                for (int k = 0; k < c; ++k) v -= at(r, k) * at(c, k);
+                at(r, c) = r == c ? P(T(1)) / sqrt(max(v, tiny)) : v * at(c, c); // the diagonal holds reciprocals
+            }
+        }
+        for (int channel = 0; channel < 3; ++channel) {
+            for (int r = 0; r < coefficients; ++r) {
+                P v = b[3 * r + channel];
+                for (int k = 0; k < r; ++k) v -= at(r, k) * b[3 * k + channel];
+                b[3 * r + channel] = v * at(r, r);
+            }
+            for (int r = coefficients - 1; r >= 0; --r) {
+                P v = b[3 * r + channel];
+                for (int k = r + 1; k < coefficients; ++k) v -= at(k, r) * b[3 * k + channel];
+                b[3 * r + channel] = v * at(r, r);
+            }
+        }
+    }
+
+    int w_, h_;
+    LightRegressionOptions o_;
+    Phased guides_, scales_, inside_;
+};
+
+} // namespace LAMBENT_ABI
+} // namespace lambent
