@@ -147,7 +147,7 @@ inline Builder shadows() {
     const std::uint32_t brick = add(s, textured(bricks(s, {0.7f, 0.4f, 0.3f}), 1));
     for (int i = 0; i < 12; ++i)
         for (int row = 0; row < 2; ++row) {
-            const double x = -3.3 + 0.6 * i, z = -1.5 - 2.5 * row, r = 0.025;
+            const double x = -3.3 + 0.6 * i, z = -1.5 - 2.5 * row, r = 0.035;
             box(s, {x - r, 0, z - r}, {x + r, 1.4 + 0.4 * chance(i, row), z + r}, pole, 0.2 * i);
         }
     for (int row = 0; row < 2; ++row) // a fence's rails
@@ -157,8 +157,9 @@ inline Builder shadows() {
     box(s, {-0.4, 0, -3.2}, {0.5, 1.8, -2.4}, brick, 0.2);
     box(s, {-10, 0, -8.2}, {10, 3, -8}, add(s, textured(bricks(s, {0.6f, 0.6f, 0.55f}), 4)));
     sphere(s, {-12, 13, 6}, 0.25f, add(s, lamp({9500, 8600, 7000})));
-    s.environment.scale = {0.1f, 0.13f, 0.2f};
-    s.cameras.push_back({{0.6, 2.6, 4.2}, {0, 0.5, -1.5}, {0, 1, 0}, 45, ""});
+    sphere(s, {14, 9, 2}, 0.2f, add(s, lamp({2500, 3000, 4500}))); // a choice between two lights is noise
+    s.environment.scale = {0.3f, 0.36f, 0.45f};
+    s.cameras.push_back({{0.6, 3.4, 3.6}, {0, 0.2, -1.6}, {0, 1, 0}, 42, ""});
     return s;
 }
 
@@ -184,19 +185,20 @@ inline Builder gloss() {
     box(s, {1.3, 0, -0.3}, {2, 0.6, 0.4}, add(s, plastic(plain({0.05f, 0.2f, 0.45f}), 0.1f)), -0.2);
     sphere(s, {-0.9f, 0.3f, 0.8f}, 0.3f, add(s, metal(Vec3f(0.9f), 0.3f)));
     sphere(s, {0.4f, 0.35f, 0.7f}, 0.35f, add(s, plastic(plain({0.1f, 0.4f, 0.15f}), 0.25f)));
-    ceiling(s, -2.2, -1.3, 2.2, -1.15, 2.9, add(s, lamp({65, 60, 52})));
+    ceiling(s, -2.2, -1.9, 2.2, -1.75, 2.3, add(s, lamp({60, 56, 50})));
     s.environment.scale = {0.12f, 0.14f, 0.18f};
-    s.cameras.push_back({{0.2, 1.7, 4.2}, {0, 0.6, -0.6}, {0, 1, 0}, 42, ""});
+    s.cameras.push_back({{0.2, 1.7, 4.2}, {0, 0.35, -0.2}, {0, 1, 0}, 42, ""});
     return s;
 }
 
-/// A furnished room with tiny lights close to shiny things and to the ceiling: fireflies.
+/// A furnished room with tiny lights close to shiny things and to walls: fireflies. The lights themselves are hidden
+/// from the camera, since a pixel that is 10 000 times as bright as the others would be all there is to a measurement.
 inline Builder tiny() {
     Builder s;
     const std::uint32_t paper = add(s, textured(stripes(s, {0.75f, 0.7f, 0.6f}, {0.6f, 0.66f, 0.6f}), 5));
-    const std::uint32_t white = add(s, plain(Vec3f(0.8f))), red = add(s, plain({0.55f, 0.12f, 0.1f}));
+    const std::uint32_t white = add(s, plain(Vec3f(0.7f))), red = add(s, plain({0.55f, 0.12f, 0.1f}));
     const std::uint32_t parquet = add(s, plastic(textured(planks(s), 3), 0.3f));
-    room(s, {5, 2.6, 5}, {paper, red, parquet, white, paper, white});
+    room(s, {5, 2.6, 5}, {paper, red, parquet, white, paper, add(s, plain(Vec3f(0.1f)))}); // no light behind the camera
     const std::uint32_t wood = add(s, textured(planks(s), 1)), steel = add(s, metal(Vec3f(0.8f), 0.2f));
     const auto cloth = add(s, textured(chequer(s, {0.2f, 0.3f, 0.55f}, {0.3f, 0.42f, 0.65f}), 4));
     box(s, {1.6, 0.68, 1.2}, {3.2, 0.74, 2.2}, wood);                                     // a table
@@ -207,10 +209,15 @@ inline Builder tiny() {
     box(s, {2.0, 0.74, 1.5}, {2.3, 1.0, 1.8}, steel, 0.4);
     sphere(s, {2.8f, 0.89f, 1.7f}, 0.15f, add(s, metal({1, 0.75f, 0.4f}, 0.1f)));
     box(s, {1.1, 1.2, 0.02}, {2.3, 1.9, 0.05}, add(s, textured(bricks(s, {0.7f, 0.3f, 0.2f}), 1))); // a picture
-    const std::uint32_t warm = add(s, lamp({11000, 8500, 5000})), cold = add(s, lamp({5000, 6500, 9000}));
-    sphere(s, {2.4f, 2.3f, 1.7f}, 0.02f, warm);
-    sphere(s, {4.6f, 1.3f, 0.4f}, 0.015f, warm);
-    sphere(s, {0.6f, 1.5f, 2.6f}, 0.015f, cold);
+    const std::uint32_t warm = add(s, lamp({2200, 1700, 1000})), cold = add(s, lamp({900, 1200, 1600}));
+    sphere(s, {2.4f, 2.0f, 1.7f}, 0.02f, add(s, lamp({26000, 21000, 14000}))); // in a shade, open above and below
+    const std::uint32_t dark = add(s, plain({0.15f, 0.14f, 0.12f}));
+    for (const double side : {-0.3, 0.3}) {
+        box(s, {2.4 + side - 0.005, 1.9, 1.4}, {2.4 + side + 0.005, 2.15, 2.0}, dark);
+        box(s, {2.1, 1.9, 1.7 + side - 0.005}, {2.7, 2.15, 1.7 + side + 0.005}, dark);
+    }
+    sphere(s, {4.5f, 0.75f, 0.1f}, 0.015f, warm);  // behind the sofa
+    sphere(s, {0.3f, 1.0f, 0.15f}, 0.015f, cold);  // behind the shelf
     s.cameras.push_back({{2.9, 1.55, 4.8}, {2.4, 0.95, 1.2}, {0, 1, 0}, 50, ""});
     return s;
 }
@@ -271,7 +278,7 @@ inline Builder dof() {
             box(s, {x - r, 0, z - r}, {x + r, h, z + r}, look, chance(row, i) * 1.5);
         }
     s.environment = sunny({-0.5, 0.75, 0.5});
-    s.cameras.push_back({{0.2, 1.25, 5}, {0, 0.45, 0}, {0, 1, 0}, 38, "", 0.1, 4.6});
+    s.cameras.push_back({{0.2, 1.7, 5.2}, {0, 0.3, 0}, {0, 1, 0}, 38, "", 0.1, 4.6});
     return s;
 }
 
@@ -288,7 +295,7 @@ inline Builder mirrors() {
     box(s, {1.1, 0, 1.2}, {1.7, 0.7, 1.8}, add(s, textured(planks(s), 1)), 0.4);
     box(s, {2.2, 0, 0.8}, {2.6, 1.2, 1.2}, add(s, plain({0.15f, 0.4f, 0.2f})), -0.3);
     sphere(s, {1.4f, 0.9f, 1.5f}, 0.2f, add(s, plastic(plain({0.7f, 0.1f, 0.08f}), 0.15f)));
-    sphere(s, {2.3f, 2.2f, 2.2f}, 0.1f, add(s, lamp({130, 110, 80})));
+    sphere(s, {2.3f, 2.2f, 2.2f}, 0.18f, add(s, lamp({42, 36, 26})));
     s.cameras.push_back({{3.1, 1.5, 4.7}, {2.2, 0.95, 0.6}, {0, 1, 0}, 48, ""});
     return s;
 }
