@@ -15,6 +15,7 @@
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/film/metrics.hpp>
 #include <lambent/io/environment.hpp>
+#include <lambent/io/film_file.hpp>
 #include <lambent/io/scene_file.hpp>
 #include <lambent/render/path.hpp>
 #include <lambent/render/render.hpp>
@@ -41,7 +42,7 @@ struct Options {
     fs::path cache = "build/denoise_cache", pictures;
     std::string python;
     int width = 256, height = 144;
-    bool json = false;
+    bool json = false, keep_inputs = false;
 };
 
 /// A scene by name. Parameters are tuned on some of them and judged on the others.
@@ -95,16 +96,36 @@ std::vector<std::string> to_scenes(const std::string& list) {
 
 double cpu_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
+fs::path in_cache(const Options& o, const Subject& s, const std::string& rest) {
+    const std::string size = std::to_string(o.width) + "x" + std::to_string(o.height);
+    return o.cache / (std::string(s.name) + "_" + size + "_" + rest);
+}
+
 /// A scene that is loaded when the first image of it is asked for.
 class Renderer {
 public:
     Renderer(const Subject& s, const Options& o) : subject_(s), options_(o) {}
 
-    PixelData<float> render(std::uint64_t spp, std::uint32_t seed, FilmPlanes planes) {
+    FilmState<float> render(std::uint64_t spp, std::uint32_t seed, FilmPlanes planes) {
         if (!prepared_) load();
-        const RenderOptions options{.width = options_.width, .height = options_.height, .end_sample = spp,
-                                    .planes = planes};
-        return lambent::render(*prepared_, camera_, PathIntegrator<>{}, SobolSampler<float>(seed), options, threads_);
+        const int width = options_.width, height = options_.height;
+        const RenderOptions options{.width = width, .height = height, .end_sample = spp, .planes = planes};
+        FilmState<float> state{{}, width, height, {0, 0, width, height}, camera_, scene_.origin, {}, {}};
+        lambent::render(state.film, *prepared_, camera_, PathIntegrator<>{}, SobolSampler<float>(seed), options,
+                        threads_, [] { return true; });
+        return state;
+    }
+
+    /// What is denoised.
+    PixelData<float> input(std::uint64_t spp) {
+        const fs::path file = in_cache(options_, subject_, std::to_string(spp) + "_seed_" +
+                                       std::to_string(options_.seed) + "_planes_" +
+                                       std::to_string(unsigned(input_planes)) + ".film");
+        const auto frame = [](const FilmState<float>& state) { return state.film.resolve(state.origin); };
+        if (options_.keep_inputs && fs::exists(file)) return frame(read_film<float>(file.string()));
+        const FilmState<float> state = render(spp, options_.seed, input_planes);
+        if (options_.keep_inputs) write_film(file.string(), state);
+        return frame(state);
     }
 
 private:
@@ -171,9 +192,7 @@ struct Reference {
 
 private:
     static Plane<float, 3> get(const Subject& s, const Options& o, Renderer& renderer, std::size_t half) {
-        const fs::path file = o.cache / (std::string(s.name) + "_" + std::to_string(o.width) + "x" +
-                                         std::to_string(o.height) + "_" + std::to_string(o.reference_spp) +
-                                         (half == 0 ? "_a.f32" : "_b.f32"));
+        const fs::path file = in_cache(o, s, std::to_string(o.reference_spp) + (half == 0 ? "_a.f32" : "_b.f32"));
         Plane<float, 3> image(o.width, o.height);
         const auto bytes = image.values().size() * sizeof(float);
         std::error_code none;
@@ -184,10 +203,10 @@ private:
             return image;
         }
         const auto start = std::chrono::steady_clock::now();
-        image = renderer.render(o.reference_spp, std::uint32_t(1001 + half), FilmPlanes::radiance).radiance;
+        const auto seed = std::uint32_t(1001 + half);
+        image = renderer.render(o.reference_spp, seed, FilmPlanes::radiance).film.resolve().radiance;
         const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
         std::fprintf(stderr, "%s: half of the reference, %.1f s\n", s.name, passed.count());
-        fs::create_directories(o.cache);
         write_floats(file.string() + ".part", image.values());
         fs::rename(file.string() + ".part", file); // whole or not at all
         return image;
@@ -245,7 +264,7 @@ void measure(const Options& o, const Subject& s, std::optional<Oidn>& oidn, Resu
     };
     picture("reference", reference.mean.values().data());
     for (const std::uint64_t spp : o.spp) {
-        const PixelData<float> frame = renderer.render(spp, o.seed, input_planes);
+        const PixelData<float> frame = renderer.input(spp);
         double peer = 0;
         for (const std::string& method : o.methods) { // oidn stands before what is compared with it
             const Peer::Answer answer = run(method, frame, oidn);
@@ -280,7 +299,7 @@ void print_means(const Options& o, const Results& results, const std::string& gr
             }
             if (n == 0) return;
             Line line(o.json);
-            line.add("mean", "mean of " + group).add("method", method).add("worst_scene", worst.first);
+            line.add("scene", "mean of " + group).add("method", method).add("worst_scene", worst.first);
             line.add("spp", double(spp)).add("rel_mse", std::exp(log_error / n));
             if (log_ratio != 0 || method == "oidn") line.add("ratio_to_oidn", std::exp(log_ratio / n));
             line.add("worst", worst.second);
@@ -322,6 +341,8 @@ int main(int argc, char** argv) try {
         o.reference_spp = std::uint64_t(to_integer(v, 1, 1 << 20));
     });
     line.add("--cache DIR", "keeps references (build/denoise_cache)", [&](const std::string& v) { o.cache = v; });
+    line.add("--keep-inputs", "keeps what is denoised there too; delete it when a scene or the renderer changes",
+             [&](const std::string&) { o.keep_inputs = true; });
     line.add("--peers PYTHON", "an interpreter that has pyoidn and numpy: adds Open Image Denoise (none)",
              [&](const std::string& v) { o.python = v; });
     line.add("--pictures DIR", "PNGs of references and results (none)", [&](const std::string& v) { o.pictures = v; });
@@ -342,6 +363,7 @@ int main(int argc, char** argv) try {
     if (!o.json)
         std::printf("%-26s %-26s %10s %10s %s%10s %10s\n", "scene", "method", "spp", "rel_mse",
                     oidn ? "   to oidn " : "", "energy", "seconds");
+    fs::create_directories(o.cache);
     Results results;
     for (const std::string& scene : o.scenes) measure(o, subject(scene), oidn, results);
     if (!o.json)
