@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::array<double, 4> plate_alphas{0.004, 0.02, 0.08, 0.25};
 
-/// Metal plates, one behind the other and each turned so that the camera sees the lights in it; four spheres of the same
-/// power above, from a speck to one as large as a plate is deep. Each camera sees a plate alone.
+/// Metal plates, one behind the other and each turned so that the camera sees the lights in it; four spheres of the
+/// same power above, from a speck to one as large as a plate is deep. Each camera sees a plate alone.
 struct Plates {
     Scene<float> scene;
     std::array<Camera, 4> cameras;
