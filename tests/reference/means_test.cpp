@@ -17,9 +17,9 @@
 using namespace lambent_test;
 
 /// At any number of samples a pixel and by every sampler, images have the mean of another renderer's converged image.
-/// An image's mean does not depend on its size, so small images of many seeds serve, which tell their own standard error.
-/// Light that is seen directly, most of the noise where it comes from specks, is the same in every one of them: it is
-/// added from rays of its own.
+/// An image's mean does not depend on its size, so small images of many seeds serve, which tell their own standard
+/// error. Light that is seen directly, most of the noise where it comes from specks, is the same in every one of them:
+/// it is added from rays of its own.
 namespace {
 
 struct Case {
