@@ -42,7 +42,7 @@ struct Options {
     fs::path cache = "build/denoise_cache", pictures;
     std::string python;
     int width = 256, height = 144;
-    bool json = false, keep_inputs = false;
+    bool json = false, keep_inputs = false, mask_emitters = false;
 };
 
 /// A scene by name. Parameters are tuned on some of them and judged on the others.
@@ -174,13 +174,17 @@ struct Reference {
         scale = 0.25 / typical;
     }
 
-    double rel_mse(const std::vector<float>& x) const {
+    /// Over the pixels that `mask` does not leave out.
+    double rel_mse(const std::vector<float>& x, const std::vector<std::uint8_t>& mask) const {
         CompensatedSum<double> sum;
+        double count = 0;
         for (std::size_t i = 0; i < x.size(); ++i) {
+            if (!mask.empty() && mask[i / 3] != 0) continue;
+            count += 1;
             const double a = halves[0].values()[i], b = halves[1].values()[i], ref = scale * (a + b) / 2;
             sum.add(scale * scale * (double(x[i]) - a) * (double(x[i]) - b) / (ref * ref + 0.01));
         }
-        return sum.value() / double(x.size());
+        return sum.value() / std::max(count, 1.0);
     }
 
     double energy(const std::vector<float>& x) const {
@@ -263,6 +267,8 @@ void measure(const Options& o, const Subject& s, std::optional<Oidn>& oidn, Resu
                       std::log2(reference.scale));
     };
     picture("reference", reference.mean.values().data());
+    Plane<std::uint8_t, 1> mask;
+    if (o.mask_emitters) mask = emitter_mask(renderer.input(64).emission.view());
     for (const std::uint64_t spp : o.spp) {
         const PixelData<float> frame = renderer.input(spp);
         double peer = 0;
@@ -270,7 +276,7 @@ void measure(const Options& o, const Subject& s, std::optional<Oidn>& oidn, Resu
             const Peer::Answer answer = run(method, frame, oidn);
             require(answer.rgb.size() == frame.radiance.values().size(), "the peer's image has another size");
             picture(std::to_string(spp) + "_" + method, answer.rgb.data());
-            const double error = reference.rel_mse(answer.rgb);
+            const double error = reference.rel_mse(answer.rgb, mask.values());
             if (method == "oidn") peer = std::max(error, least_error);
             const double ratio = peer > 0 ? std::max(error, least_error) / peer : 0;
             results[spp][method][s.name] = {error, ratio};
@@ -346,6 +352,8 @@ int main(int argc, char** argv) try {
     line.add("--peers PYTHON", "an interpreter that has pyoidn and numpy: adds Open Image Denoise (none)",
              [&](const std::string& v) { o.python = v; });
     line.add("--pictures DIR", "PNGs of references and results (none)", [&](const std::string& v) { o.pictures = v; });
+    line.add("--mask-emitters", "errors leave out pixels that see an emitter or the sky, at least in part",
+             [&](const std::string&) { o.mask_emitters = true; });
     line.add("--json", "one object a line", [&](const std::string&) { o.json = true; });
     line.add("--help", "this list", [&](const std::string&) { help = true; });
     if (!line.parse(argc, argv).empty()) throw UsageError("scenes are named by --scenes");
@@ -370,8 +378,12 @@ int main(int argc, char** argv) try {
         std::printf("\n%-26s %-26s %-26s %10s %10s%s %10s\n", "geometric mean", "method", "worst scene", "spp",
                     "rel_mse", oidn ? "    to oidn" : "", "worst");
     const auto judges = [](const Subject& s) { return s.judges; };
-    print_means(o, results, "tuning scenes", std::not_fn(judges));
-    print_means(o, results, "judging scenes", judges);
+    std::ptrdiff_t judging = 0;
+    for (const std::string& scene : o.scenes) judging += judges(subject(scene)) ? 1 : 0;
+    if (judging > 0 && judging < std::ptrdiff_t(o.scenes.size())) {
+        print_means(o, results, "tuning scenes", std::not_fn(judges));
+        print_means(o, results, "judging scenes", judges);
+    }
     print_means(o, results, "all scenes", [](const Subject&) { return true; });
 } catch (const UsageError& e) {
     std::fprintf(stderr, "bench_denoise: %s\n", e.what());
