@@ -30,7 +30,7 @@ using namespace lambent;
 namespace fs = std::filesystem;
 
 /// What denoisers are given.
-constexpr FilmPlanes input_planes = FilmPlanes::features;
+constexpr FilmPlanes input_planes = FilmPlanes::statistics;
 /// Geometric means take no error below this: near it the product of two halves may be negative.
 constexpr double least_error = 1e-6;
 

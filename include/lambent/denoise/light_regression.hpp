@@ -19,7 +19,7 @@ struct LightRegressionOptions {
     int stride = 2;               ///< one model for so many pixels a side, 1 or 2
     double feature_sigma = 1.5;   ///< in deviations of a feature, or steps to the neighbouring pixels
     double feature_floor = 1e-3;  ///< least variance of a feature
-    double own_vote = 1e-9; ///< weight of a pixel's own colour
+    double own_vote = 1e-9;       ///< weight of what a pixel says of itself, beside what windows say
     double ridge = 1e-3;          ///< on the slopes, relative to the sum of weights
     std::array<double, 2> test_softness{0.25, 0.25}; ///< by how much tests of patches of radius 1 and 3 may fail
 };

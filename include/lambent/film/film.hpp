@@ -23,7 +23,7 @@ inline namespace LAMBENT_ABI {
 /// rounding error grows with log2 of their number and the sums depend on *which* samples are in, not on how
 /// they were split between threads, passes, runs or machines: any split merges to the same bits.
 /// The samples of one film need not be contiguous; no sample is in twice.
-/// memory  width · height · (7 to 42 by the planes) · sizeof(T) for each block: one where their number is a power
+/// memory  width · height · (7 to 45 by the planes) · sizeof(T) for each block: one where their number is a power
 ///         of two, at most log2 of it for samples from 0 on
 template <class T>
 class Film {
@@ -260,6 +260,7 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
         part.variance->allocate(width_, height_);
     }
     if (layout.direct >= 0) frame.direct.allocate(width_, height_);
+    if (layout.indirect >= 0) frame.indirect.allocate(width_, height_);
     const int depth_deviation = layout.deviation_of(layout.depth);
     if (depth_deviation >= 0) frame.depth_variance.allocate(width_, height_);
     if (blocks_.empty()) return frame;
@@ -296,6 +297,7 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
             if (layout.normal >= 0) frame.normal.view().store(x, y, mean3(layout.normal, n));
             if (!material_.empty()) frame.material.view().store(x, y, T(material_[pixel]));
             if (layout.direct >= 0) frame.direct.view().store(x, y, mean3(layout.direct, n));
+            if (layout.indirect >= 0) frame.indirect.view().store(x, y, mean3(layout.indirect, n));
             for (const Part& part : parts) {
                 if (part.variance->view().absent()) continue;
                 if (part.mean != nullptr) part.mean->view().store(x, y, mean3(part.sum, n));

@@ -22,7 +22,7 @@ enum class FilmPlanes : std::uint16_t {
     material = 32,
     illumination = 64 | emission | albedo,
     features = 127,                               ///< all of the above
-    light_moments = 128,                          ///< direct light; mean and variance of √direct and √indirect
+    light_moments = 128,                          ///< direct and indirect light; moments of their roots
     feature_moments = 256 | albedo | normal | depth, ///< their variances
     statistics = features | light_moments | feature_moments ///< what denoisers can use: all planes
 };
@@ -64,9 +64,9 @@ inline T multiply_add(T a, T b, T c) {
 /// Where a pixel's sums stand: radiance, its squared deviations from the mean, the number of hits, then the
 /// planes asked for; -1 = not there. Merging is written so that no two compilations of it round differently.
 struct FilmLayout {
-    static constexpr int radiance = 0, deviation = 3, alpha = 6, most_channels = 42;
+    static constexpr int radiance = 0, deviation = 3, alpha = 6, most_channels = 45;
     int emission = -1, albedo = -1, normal = -1, position = -1, depth = -1;
-    int direct = -1, root_direct = -1, root_indirect = -1;
+    int direct = -1, indirect = -1, root_direct = -1, root_indirect = -1;
     int channels = alpha + 1;
 
     /// Sums of so many channels and the squared deviations that belong to them.
@@ -95,6 +95,7 @@ struct FilmLayout {
         place(FilmPlanes::position, position, 3);
         place(FilmPlanes::depth, depth, 1);
         place(FilmPlanes::light_moments, direct, 3);
+        place(FilmPlanes::light_moments, indirect, 3);
         place(FilmPlanes::light_moments, root_direct, 3);
         place(FilmPlanes::light_moments, root_indirect, 3);
         if (contains(planes, FilmPlanes::light_moments)) {
@@ -130,8 +131,9 @@ struct FilmLayout {
         if (depth >= 0) out[depth] = s.depth;
         if (direct >= 0) {
             put(direct, s.direct);
+            put(indirect, s.indirect);
             put(root_direct, sqrt(max(s.direct, Vec3<T>(0))));
-            put(root_indirect, sqrt(max(s.radiance - s.emission - s.direct, Vec3<T>(0))));
+            put(root_indirect, sqrt(max(s.indirect, Vec3<T>(0))));
         }
         for (std::size_t i = 0; i < moment_count; ++i)
             for (int c = 0; c < moments[i].size; ++c) out[moments[i].deviation + c] = 0;

@@ -53,7 +53,8 @@ template <class T>
 struct FrameView {
     PixelView<const T, 3> radiance{}, emission{}, albedo{}, normal{}, position{}, variance{};
     PixelView<const T, 1> depth{}, material{};
-    PixelView<const T, 3> direct{}, root_direct{}, root_direct_variance{}, root_indirect{}, root_indirect_variance{};
+    PixelView<const T, 1> samples{};
+    PixelView<const T, 3> direct{}, indirect{}, root_direct{}, root_direct_variance{}, root_indirect{}, root_indirect_variance{};
     PixelView<const T, 3> albedo_variance{}, normal_variance{};
     PixelView<const T, 1> depth_variance{};
 };
@@ -77,7 +78,7 @@ struct PixelData {
     Plane<T, 1> samples;      ///< number of samples
     Plane<T, 3> variance;     ///< variance of the mean radiance, a channel each; 0 below two samples
 
-    Plane<T, 3> direct; ///< mean radiance of light that was scattered once; what is neither this nor emission is indirect
+    Plane<T, 3> direct, indirect; ///< means of PixelSample's; radiance is their sum and the light seen directly
     Plane<T, 3> root_direct, root_direct_variance;     ///< mean over samples of √direct, and the variance of that mean
     Plane<T, 3> root_indirect, root_indirect_variance; ///< the same of indirect light
     Plane<T, 3> albedo_variance, normal_variance;      ///< variances of the means
@@ -85,7 +86,7 @@ struct PixelData {
 
     FrameView<T> view() const& {
         return {radiance.view(), emission.view(), albedo.view(), normal.view(), position.view(), variance.view(),
-                depth.view(), material.view(), direct.view(), root_direct.view(), root_direct_variance.view(),
+                depth.view(), material.view(), samples.view(), direct.view(), indirect.view(), root_direct.view(), root_direct_variance.view(),
                 root_indirect.view(), root_indirect_variance.view(), albedo_variance.view(), normal_variance.view(),
                 depth_variance.view()};
     }

@@ -29,7 +29,7 @@ struct AmbientOcclusionIntegrator {
         Ray<T> probe = spawn_ray(surface, normalize(wi));
         probe.t_max = T(distance);
         ++counts.shadow;
-        if (!scene.occluded(probe)) result.radiance = Vec3<T>(1);
+        if (!scene.occluded(probe)) result.radiance = result.direct = Vec3<T>(1);
         return result;
     }
 };

@@ -44,7 +44,7 @@ struct PathState {
     /// To be called where nothing is in the way of the shadow ray.
     void add_shadow_radiance() {
         result.radiance += shadow_radiance;
-        if (shadow_first) result.direct += shadow_radiance;
+        (shadow_first ? result.direct : result.indirect) += shadow_radiance;
     }
 };
 
@@ -119,7 +119,7 @@ private:
             if constexpr (strategy == PathStrategy::both) radiance *= mis_weight(path.bsdf_pdf, light_pdf());
         }
         path.result.radiance += radiance;
-        if (path.first) path.result.direct += radiance;
+        if (path.depth > 0) (path.first || path.specular ? path.result.direct : path.result.indirect) += radiance;
     }
 
     /// Next-event estimation and the next direction at a surface.

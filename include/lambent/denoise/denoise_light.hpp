@@ -1,0 +1,224 @@
+#pragma once
+#include <lambent/denoise/despike.hpp>
+#include <lambent/denoise/light_regression.hpp>
+#include <lambent/denoise/pair_average.hpp>
+#include <lambent/denoise/restore_energy.hpp>
+#include <lambent/film/pixel_data.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <type_traits>
+#include <vector>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// What denoise_light() asks of a frame: what FilmPlanes::statistics gives.
+template <class T>
+bool has_light_statistics(const FrameView<T>& frame) {
+    return !frame.radiance.absent() && !frame.direct.absent() && !frame.indirect.absent() &&
+           !frame.root_direct.absent() && !frame.root_direct_variance.absent() && !frame.root_indirect.absent() &&
+           !frame.root_indirect_variance.absent() && !frame.variance.absent() && !frame.samples.absent();
+}
+
+struct LightDenoiseOptions {
+    int radius = 6;             ///< of the regression's windows, in pixels
+    int stride = 1;             ///< one model for so many pixels a side: 2 is faster and worse
+    double feature_sigma = 3;   ///< see LightRegressionOptions
+    int feature_radius = 4;     ///< of the windows in which features are cleaned of their own noise; 0: they are not
+};
+
+namespace detail {
+
+/// Parameters that go with the number of samples, between those at 1, 4, 16 and 64.
+struct BySamples {
+    std::array<double, 4> at;
+    double operator()(double samples) const {
+        const double place = std::clamp(std::log2(std::max(1.0, samples)) / 2, 0.0, 3.0);
+        const auto i = std::min(std::size_t(place), std::size_t(2));
+        const double part = place - double(i);
+        return at[i] * (1 - part) + at[i + 1] * part;
+    }
+};
+
+template <class T>
+Plane<T, 3> spread(const PixelView<const T, 1>& plane, double factor) {
+    Plane<T, 3> out(plane.width(), plane.height());
+    for (int y = 0; y < plane.height(); ++y)
+        for (int x = 0; x < plane.width(); ++x) {
+            const T value = T(double(plane.load(x, y)) * factor);
+            out.view().store(x, y, {is_finite(value) ? value : T(0), T(0), T(0)});
+        }
+    return out;
+}
+
+/// How far a pixel outshines its 5 x 5 neighbours in the sum of the channels: the factor that brings it to their mean and
+/// `deviations` of theirs. 1 where its own deviation `sigma` says that it is no accident.
+template <class T, class Sigma>
+Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviations, Sigma&& sigma) {
+    Plane<T, 1> factors(light.width(), light.height());
+    const auto brightness = [&](int x, int y) {
+        const Vec3<T> v = light.load(x, y);
+        return double(v.x) + double(v.y) + double(v.z);
+    };
+    for (int y = 0; y < light.height(); ++y)
+        for (int x = 0; x < light.width(); ++x) {
+            double mean = 0, squares = 0, count = 0;
+            for (int v = std::max(0, y - 2); v <= std::min(light.height() - 1, y + 2); ++v)
+                for (int u = std::max(0, x - 2); u <= std::min(light.width() - 1, x + 2); ++u) {
+                    if (u == x && v == y) continue;
+                    const double b = brightness(u, v), delta = b - mean;
+                    mean += delta / ++count;
+                    squares += delta * (b - mean);
+                }
+            const double here = brightness(x, y), own = sigma(x, y);
+            double limit = mean + deviations * std::sqrt(squares / std::max(1.0, count));
+            if (count == 0 || !(here > limit)) {
+                factors.view().store(x, y, T(1));
+                continue;
+            }
+            if (own > 0) limit += (here - limit) * std::clamp(((here - limit) / own - 2) / 2, 0.0, 1.0);
+            factors.view().store(x, y, T(limit / here));
+        }
+    return factors;
+}
+
+/// Variance of 3 x 3 pixels: what there is to go by after one sample.
+template <class T>
+void spatial_variance(const PixelView<const T, 3>& plane, const PixelView<T, 1>& variance) {
+    for (int y = 0; y < plane.height(); ++y)
+        for (int x = 0; x < plane.width(); ++x) {
+            Vec3<T> sum(0), squares(0);
+            T count = 0;
+            for (int v = std::max(0, y - 1); v <= std::min(plane.height() - 1, y + 1); ++v)
+                for (int u = std::max(0, x - 1); u <= std::min(plane.width() - 1, x + 1); ++u) {
+                    const Vec3<T> value = plane.load(u, v) - plane.load(x, y); // differences: no loss of digits
+                    sum += value;
+                    squares += value * value;
+                    count += 1;
+                }
+            const Vec3<T> v = squares / count - (sum / count) * (sum / count);
+            variance.store(x, y, std::max(T(0), v.x) + std::max(T(0), v.y) + std::max(T(0), v.z));
+        }
+}
+
+} // namespace detail
+
+/// Denoises a frame that has statistics of its samples, into `out`, emission included: direct and indirect light apart,
+/// each clamped where it outshines its neighbours by accident, fitted by LightRegression, and given back what clamping
+/// took; lights seen directly stay as they are. `out` may be the frame's radiance. Consistent: with the samples' noise
+/// the error goes to 0, unlike that of filters whose windows are fixed.
+/// threads the same bits for any executor
+/// throws  lambent::Error when planes are absent or of unequal size
+/// cost    2 · (2 · radius + 1)² / stride² taps of about 110 operations a pixel; about 250 bytes a pixel
+template <std::floating_point T, Executor E>
+void denoise_light(const FrameView<T>& frame, const std::type_identity_t<PixelView<T, 3>>& out,
+                   const LightDenoiseOptions& options, E& executor) {
+    require(has_light_statistics(frame), "denoise_light: the frame has no statistics of its samples");
+    require(options.radius >= 1 && options.radius <= 8 && (options.stride == 1 || options.stride == 2),
+            "denoise_light: radius must be 1 to 8, stride 1 or 2");
+    require_same_size("denoise_light: radiance and output", frame.radiance, out);
+    const int width = out.width(), height = out.height();
+    const double samples = double(frame.samples.load(0, 0));
+
+    // Sobol's points err less than their sample variance says, the more so the more there are.
+    const double variance_scale = detail::BySamples{{1, 1, 0.7, 0.6}}(samples);
+    LightRegressionOptions regression{.radius = options.radius, .stride = options.stride,
+                                      .feature_sigma = options.feature_sigma, .feature_floor = 3e-4,
+                                      .own_vote = options.stride > 1 ? 0.1 : 1e-9};
+    regression.ridge = samples < 2 ? 0.1 : samples < 16 ? 1e-3 : 1e-4;
+
+    double depth_sum = 0, depth_count = 0;
+    if (!frame.depth.absent())
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const double d = double(frame.depth.load(x, y));
+                if (!(d > 0) || !is_finite(d)) continue;
+                depth_sum += d;
+                ++depth_count;
+            }
+    const double per_depth = depth_count > 0 ? depth_count / depth_sum : 1;
+    struct Guide {
+        int channel, size;
+        PairAveraged<T> plane;
+    };
+    std::vector<Guide> guides;
+    const auto add_guide = [&](int channel, int size, const PixelView<const T, 3>& mean,
+                               const PixelView<const T, 3>& variance) {
+        if (mean.absent()) return;
+        require_same_size("denoise_light: radiance and a feature", frame.radiance, mean);
+        const Plane<T, 3> none(variance.absent() ? width : 0, variance.absent() ? height : 0);
+        guides.push_back({channel, size,
+                          pair_average<T>(mean, variance.absent() ? none.view() : variance, options.feature_radius, 0.25,
+                                          executor)});
+    };
+    add_guide(0, 3, frame.albedo, frame.albedo_variance);
+    add_guide(3, 3, frame.normal, frame.normal_variance);
+    if (!frame.depth.absent()) {
+        const Plane<T, 3> depth = detail::spread<T>(frame.depth, per_depth);
+        Plane<T, 3> variance(width, height);
+        if (!frame.depth_variance.absent()) variance = detail::spread<T>(frame.depth_variance, per_depth * per_depth);
+        add_guide(6, 1, depth.view(), variance.view());
+    }
+
+    Plane<T, 3> result(width, height), reflected(width, height), seen(width, height);
+    for (int part = 0; part < 2; ++part) {
+        const bool direct = part == 0;
+        const PixelView<const T, 3> given = direct ? frame.direct : frame.indirect;
+        const PixelView<const T, 3> given_root = direct ? frame.root_direct : frame.root_indirect;
+        const PixelView<const T, 3> given_variance = direct ? frame.root_direct_variance : frame.root_indirect_variance;
+        Plane<T, 3> light(width, height), root(width, height);
+        Plane<T, 1> variance(width, height);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) light.view().store(x, y, given.load(x, y));
+        repair_non_finite(light.view());
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                reflected.view().store(x, y, reflected.load(x, y) + light.load(x, y));
+        const Plane<T, 1> factors = detail::outlier_factors<T>(light.view(), direct || samples < 16 ? 2 : 1, [&](int x, int y) {
+            const Vec3<T> v = frame.variance.load(x, y);
+            const double s = std::sqrt(double(v.x)) + std::sqrt(double(v.y)) + std::sqrt(double(v.z));
+            return is_finite(s) ? s : 0.0;
+        });
+        double noise = 0;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const T factor = factors.load(x, y);
+                light.view().store(x, y, light.load(x, y) * factor);
+                const Vec3<T> r = given_root.load(x, y), v = given_variance.load(x, y);
+                root.view().store(x, y, is_finite(r) ? r * std::sqrt(factor) : sqrt(max(light.load(x, y), Vec3<T>(0))));
+                const T sum = T(variance_scale) * (v.x + v.y + v.z) * factor;
+                variance.view().store(x, y, is_finite(sum) ? sum : T(0));
+            }
+        if (samples < 2) detail::spatial_variance<T>(root.view(), variance.view());
+        for (const T v : variance.values()) noise += double(v);
+        if (noise > 0) {
+            for (T& v : variance.values()) v += T(1e-4 * noise / double(variance.values().size()));
+            using By = detail::BySamples;
+            regression.test_softness = direct ? std::array{By{{.12, .12, .35, .35}}(samples), By{{.12, .12, .35, .35}}(samples)}
+                                              : std::array{By{{.25, .25, .5, .5}}(samples), By{{.12, .12, .5, .5}}(samples)};
+            LightRegression<T> fit(width, height, regression);
+            for (const Guide& g : guides)
+                for (int c = 0; c < g.size; ++c)
+                    fit.set_guide(g.channel + c, [&](int x, int y) { return g.plane.mean.load(x, y)[c]; },
+                                  [&](int x, int y) { return g.plane.variance.load(x, y)[c]; });
+            fit.run(light.view(), root.view(), variance.view(), light.view(), executor);
+        }
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) result.view().store(x, y, result.load(x, y) + light.load(x, y));
+    }
+    restore_energy<T>(result.view(), reflected.view());
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const Vec3<T> directly = frame.radiance.load(x, y) - frame.direct.load(x, y) - frame.indirect.load(x, y);
+            seen.view().store(x, y, max(directly, Vec3<T>(0)));
+        }
+    repair_non_finite(seen.view());
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) out.store(x, y, result.load(x, y) + seen.load(x, y));
+}
+
+} // namespace LAMBENT_ABI
+} // namespace lambent
