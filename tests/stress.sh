@@ -1,6 +1,6 @@
 #!/bin/sh
 # Rays at edges and vertices in any number, under compiler flags that round differently and in every SIMD layout; then
-# radiance with a closed form, to a thousandth by every sampler and strategy.
+# radiance with a closed form, to a thousandth by every sampler and strategy, and means of the reference scenes.
 #   sh tests/stress.sh [--rays TOTAL] [--jobs N] [--seed S]     1e9 rays, as many jobs as processors, seed 1
 # Builds in build/stress. Prints what each program did, then a line for each, and last "N passed, N failed".
 # CXX and CXXFLAGS count; the flags of a set come after those.
@@ -74,14 +74,28 @@ while read -r name flags; do
     ' "$work/$name.log" >>"$work/table"
 done <"$work/sets"
 
-# The light: what the suite leaves out for its time.
-echo "== closed forms"
-status=0
-{ ${CXX:-g++} -std=c++20 -Wno-psabi ${CXXFLAGS:-} -O2 -march=native -I include -I tests tests/support/main.cpp \
-    tests/render/closed_forms_test.cpp -pthread -o "$work/closed_forms" &&
-    "$work/closed_forms" --no-skip --test-case='stress:*' --duration; } >"$work/closed_forms.log" 2>&1 || status=$?
-cat "$work/closed_forms.log"
-if [ "$status" = 0 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
+# The light: what the suite leaves out for its time. Each a function that builds and runs it.
+light() {
+    name=$1
+    echo "== $name"
+    status=0
+    "$name" >"$work/$name.log" 2>&1 || status=$?
+    cat "$work/$name.log"
+    if [ "$status" = 0 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
+}
+closed_forms() {
+    ${CXX:-g++} -std=c++20 -Wno-psabi ${CXXFLAGS:-} -O2 -march=native -I include -I tests tests/support/main.cpp \
+        tests/render/closed_forms_test.cpp -pthread -o "$work/closed_forms" &&
+        "$work/closed_forms" --no-skip --test-case='stress:*' --duration
+}
+# Reads scenes and images, whose libraries CMake finds.
+means() {
+    cmake -S . -B "$work/means_build" -G Ninja -D CMAKE_BUILD_TYPE=Release &&
+        cmake --build "$work/means_build" --parallel "$jobs" --target test_reference &&
+        "$work/means_build/tests/test_reference" --no-skip --test-case='stress:*' --duration
+}
+light closed_forms
+light means
 
 echo
 printf '%-40s %12s %7s %11s %9s %6s %9s\n' flags rays misses counted doubles even plain/1e6

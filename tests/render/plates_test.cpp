@@ -134,7 +134,7 @@ TEST_CASE("Veach's plates: every strategy sees the same light on every plate, by
         for (const SamplerName sampler : all_samplers) {
             std::array<Estimate, 3> seen;
             for (std::size_t k = 0; k < 3; ++k)
-                seen[k] = mean_over_seeds(prepared, plates.cameras[i], {48, 8}, {sampler, all_strategies[k]}, 8, 0, 64);
+                seen[k] = mean_over_seeds(prepared, plates.cameras[i], {48, 8}, {sampler, all_strategies[k]}, 8, 0, 24);
             CAPTURE(plate_alphas[i]);
             CAPTURE(Way{sampler}.name());
             INFO("both " << seen[0].grey << " +- " << seen[0].grey_error << ", light " << seen[1].grey << " +- "
@@ -143,9 +143,9 @@ TEST_CASE("Veach's plates: every strategy sees the same light on every plate, by
                 CHECK(seen[k].finite);
                 CHECK(std::abs(seen[k].z(seen[(k + 1) % 3])) < max_z);
             }
-            // Both strategies together, and the better one alone, tell the mean to a percent.
-            CHECK(seen[0].relative_error() < 0.01);
-            CHECK(std::min(seen[1].relative_error(), seen[2].relative_error()) < 0.02);
+            // Both strategies together tell the mean to a percent and a half, the better one alone to three.
+            CHECK(seen[0].relative_error() < 0.015);
+            CHECK(std::min(seen[1].relative_error(), seen[2].relative_error()) < 0.03);
         }
 }
 
@@ -155,7 +155,7 @@ TEST_CASE("Veach's plates: variance with both strategies at most 1.1 of the bett
     const PreparedScene<float> prepared(plates.scene, serial);
     for (std::size_t i = 0; i < plate_alphas.size(); ++i) {
         const auto of = [&](PathStrategy strategy) {
-            return variances(prepared, plates.cameras[i], {24, 4}, strategy, 48, 64);
+            return variances(prepared, plates.cameras[i], {24, 4}, strategy, 24, 64);
         };
         const std::vector<double> both = of(PathStrategy::both), light = of(PathStrategy::light),
                                   bsdf = of(PathStrategy::bsdf);
@@ -175,20 +175,18 @@ TEST_CASE("builtin:room at 20 samples: no pixel stands out 25 times, and light s
     SerialExecutor serial;
     const Scene<float> scene = room_scene<float>();
     const PreparedScene<float> prepared(scene, serial);
-    constexpr int size = 96, spp = 20;
+    constexpr int size = 64, spp = 20;
     int by_chance = 0, by_light = 0;
-    for (const SamplerName sampler : all_samplers)
-        for (std::uint32_t seed = 0; seed < 2; ++seed) {
-            const int both = outliers(prepared, {sampler, PathStrategy::both}, size, spp, seed);
-            const int light = outliers(prepared, {sampler, PathStrategy::light}, size, spp, seed);
-            CAPTURE(seed);
-            CAPTURE(Way{sampler}.name());
-            CHECK(both == 0);
-            CHECK(both <= light);
-            by_light += light;
-            if (seed == 0) by_chance += outliers(prepared, {sampler, PathStrategy::bsdf}, size, spp, seed);
-        }
+    std::uint32_t seed = 0;
+    for (const SamplerName sampler : all_samplers) {
+        const int both = outliers(prepared, {sampler, PathStrategy::both}, size, spp, seed);
+        const int light = outliers(prepared, {sampler, PathStrategy::light}, size, spp, seed);
+        CAPTURE(Way{sampler}.name());
+        CHECK(both == 0);
+        CHECK(both <= light);
+        by_light += light;
+        by_chance += outliers(prepared, {sampler, PathStrategy::bsdf}, size, spp, seed++);
+    }
     CHECK(by_chance > 0); // the measure finds them where they are
-    MESSAGE("outliers: light samples alone " << by_light << " in six images, chance alone " << by_chance
-                                             << " in three");
+    MESSAGE("outliers in three images: light samples alone " << by_light << ", chance alone " << by_chance);
 }

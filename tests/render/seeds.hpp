@@ -87,19 +87,20 @@ inline Estimate mean_over_seeds(const PreparedScene<float>& scene, const Camera&
     return e;
 }
 
-/// The same of as many seeds as a relative standard error takes, `most` at most. How many, other seeds tell beforehand,
-/// and again where rare bright samples made them promise too much: a mean that decides itself when it is good enough is
-/// no longer unbiased.
+/// The same of as many seeds as a relative standard error takes, 32 at least and `most` at most. How many, other seeds
+/// tell beforehand, and again where rare bright samples made them promise too much: a mean that decides itself when it
+/// is good enough is no longer unbiased.
 inline Estimate mean_to_precision(const PreparedScene<float>& scene, const Camera& camera, ImageSize size,
                                   const Way& way, int spp, double precision, int most) {
     constexpr int pilot = 16, least = 32;
+    if (most <= least) return mean_over_seeds(scene, camera, size, way, spp, 0, least);
     int first = 0, count = pilot;
     Estimate e = mean_over_seeds(scene, camera, size, way, spp, first, count);
     for (int round = 0; round < 3; ++round) {
         const double deviation = e.grey_error * std::sqrt(double(count)), aim = 0.8 * precision * e.grey;
         const double enough = std::ceil(deviation * deviation / (aim * aim));
         first += count;
-        count = int(std::clamp(enough, double(least), double(std::max(most, least))));
+        count = int(std::clamp(enough, double(least), double(most)));
         e = mean_over_seeds(scene, camera, size, way, spp, first, count);
         if (e.grey_error <= precision * e.grey || count >= most) break;
     }

@@ -41,9 +41,11 @@ private:
     double score(double difference, double noise) const { return difference / std::hypot(noise, 2e-5 * grey); }
 };
 
-/// The mean over an image by `seeds` renders of `spp` samples. The samples of a pixel may depend on each other,
-/// those of different seeds and pixels do not: so the error is taken from the spread of each pixel over the seeds.
-/// `sampler_of(seed)` makes the sampler.
+/// The mean over an image by `seeds` renders of `spp` samples; `sampler_of(seed)` makes the sampler. The error is taken
+/// from the spread of each pixel over the seeds, so the samples of a pixel may depend on each other, and those of
+/// different seeds do not. It also takes pixels of one seed to be independent. Sobol's are not, which share the points
+/// of their tile of 8 x 8: for them the error leaves out what pixels have in common. seeds.hpp has errors that do
+/// without this.
 template <class S, class I, class MakeSampler>
 Estimate image_mean(const S& scene, const Camera& camera, ImageSize size, const I& integrator, int spp, int seeds,
                     MakeSampler&& sampler_of) {
