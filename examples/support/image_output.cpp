@@ -84,6 +84,9 @@ DenoiseOptions ImageSettings::denoise_options() const {
     replace(options.despike, despike);
     replace(options.firefly, firefly);
     if (firefly && !despike && std::isinf(*firefly)) options.despike = *firefly; // --firefly off
+    if (kernel || sigma_spatial || sigma_illumination || sigma_position || sigma_normal || sigma_material || despike ||
+        firefly)
+        options.regression = 0; // these are the filter's
     return options;
 }
 
@@ -91,6 +94,7 @@ FilmPlanes ImageSettings::planes() const {
     FilmPlanes planes = planes_of_layers(*this) | FilmPlanes::emission;
     if (denoises())
         planes |= FilmPlanes::albedo | FilmPlanes::normal | FilmPlanes::position | FilmPlanes::material;
+    if (denoise_options().regression > 0) planes |= FilmPlanes::statistics;
     return planes;
 }
 

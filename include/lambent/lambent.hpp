@@ -47,11 +47,15 @@
 #include <lambent/denoise/bilateral_window.hpp>
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/denoise/denoise.hpp>
+#include <lambent/denoise/denoise_light.hpp>
 #include <lambent/denoise/despike.hpp>
 #include <lambent/denoise/feature.hpp>
 #include <lambent/denoise/features.hpp>
 #include <lambent/denoise/footprint.hpp>
 #include <lambent/denoise/gaussian.hpp>
+#include <lambent/denoise/light_regression.hpp>
+#include <lambent/denoise/pair_average.hpp>
+#include <lambent/denoise/restore_energy.hpp>
 #include <lambent/film/dyadic.hpp>
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/film/film.hpp>

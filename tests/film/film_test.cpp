@@ -26,6 +26,8 @@ PixelSample<float> some_sample(int x, int y, std::uint64_t index) {
     for (int c = 0; c < 3; ++c) {
         s.emission[c] = random.uniform() < 0.1 ? 3.7f : 0.0f;
         s.radiance[c] = s.emission[c] + float(std::exp(6 * random.uniform() - 3));
+        s.direct[c] = 0.3f * (s.radiance[c] - s.emission[c]);
+        s.indirect[c] = 0.7f * (s.radiance[c] - s.emission[c]);
         if (!s.hit) continue;
         s.albedo[c] = random.uniform_float();
         s.normal[c] = 2 * random.uniform_float() - 1;
@@ -360,6 +362,40 @@ TEST_CASE("F14: the clamp of a sample is monotone, keeps its hue and the light s
         CHECK(s.radiance.x >= 100);
         last = s.radiance.y;
     }
+}
+
+TEST_CASE("statistics: moments of the roots of light and of features against two passes in double; any split, same bits") {
+    constexpr std::uint64_t count = 37;
+    const Film<float> film = film_of(0, count, some_sample, FilmPlanes::statistics);
+    Film<float> parts = film_of(8, count, some_sample, FilmPlanes::statistics, 3);
+    parts.merge(film_of(0, 8, some_sample, FilmPlanes::statistics, 5));
+    const PixelData<float> frame = film.resolve(), merged = parts.resolve();
+    CHECK(frame.root_indirect_variance.values() == merged.root_indirect_variance.values());
+    CHECK(frame.depth_variance.values() == merged.depth_variance.values());
+    const auto check = [&](int x, int y, auto&& of, double mean_found, double variance_found) {
+        double mean = 0, squares = 0;
+        for (std::uint64_t i = 0; i < count; ++i) mean += of(some_sample(x, y, i)) / double(count);
+        for (std::uint64_t i = 0; i < count; ++i) squares += std::pow(of(some_sample(x, y, i)) - mean, 2);
+        if (mean_found >= 0) CHECK(mean_found == doctest::Approx(mean).epsilon(1e-5));
+        CHECK(variance_found == doctest::Approx(squares / double(count * (count - 1))).epsilon(1e-4));
+    };
+    using S = PixelSample<float>;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int c = 0; c < 3; ++c) {
+                check(x, y, [&](const S& s) { return std::sqrt(double(s.direct[c])); }, double(frame.root_direct.load(x, y)[c]),
+                      double(frame.root_direct_variance.load(x, y)[c]));
+                check(x, y, [&](const S& s) { return std::sqrt(double(s.indirect[c])); },
+                      double(frame.root_indirect.load(x, y)[c]), double(frame.root_indirect_variance.load(x, y)[c]));
+                check(x, y, [&](const S& s) { return double(s.albedo[c]); }, double(frame.albedo.load(x, y)[c]),
+                      double(frame.albedo_variance.load(x, y)[c]));
+                check(x, y, [&](const S& s) { return double(s.normal[c]); }, -1, double(frame.normal_variance.load(x, y)[c]));
+                check(x, y, [&](const S& s) { return double(s.depth); }, -1, double(frame.depth_variance.load(x, y)));
+                CHECK(frame.direct.load(x, y)[c] + frame.indirect.load(x, y)[c] + frame.emission.load(x, y)[c] ==
+                      doctest::Approx(frame.radiance.load(x, y)[c]).epsilon(1e-5));
+            }
+    CHECK(film_of(0, 4, some_sample).resolve().root_direct.view().absent());
+    CHECK(film_of(0, 4, some_sample).channels() == 20);
 }
 
 TEST_CASE("a film put together from its parts is the same; from wrong parts it is refused") {

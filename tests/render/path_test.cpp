@@ -1,3 +1,5 @@
+#include <lambent/render/direct.hpp>
+#include <lambent/render/render.hpp>
 #include <lambent/sampling/independent.hpp>
 #include <lambent/sampling/stratified.hpp>
 #include <render/transport.hpp>
@@ -202,5 +204,27 @@ TEST_CASE("scenes a thousandth and a thousand times as large look the same") {
         CAPTURE(scale);
         CHECK(std::abs(e.z(at_one)) < max_z);
         CHECK(std::abs(e.grey / at_one.grey - 1) < 0.003); // the same numbers are drawn
+    }
+}
+
+TEST_CASE("direct, indirect and seen light: their sum is the radiance, direct light that of one scattering") {
+    SerialExecutor serial;
+    for (const bool cornell : {true, false}) {
+        const Scene<float> scene = cornell ? cornell_scene<float>() : room_scene<float>(2);
+        const PreparedScene<float> prepared(scene, serial);
+        RenderOptions options{.width = 24, .height = 16, .end_sample = 8, .planes = FilmPlanes::statistics};
+        const auto frame = render(prepared, scene.cameras[0], PathIntegrator<>{}, SobolSampler<float>(3), options, serial);
+        const auto once = render(prepared, scene.cameras[0], DirectIntegrator{}, SobolSampler<float>(3), options, serial);
+        double indirect = 0;
+        for (int y = 0; y < 16; ++y)
+            for (int x = 0; x < 24; ++x)
+                for (int c = 0; c < 3; ++c) {
+                    const float direct = frame.direct.load(x, y)[c], emission = frame.emission.load(x, y)[c];
+                    CHECK(direct + frame.indirect.load(x, y)[c] + emission ==
+                          doctest::Approx(frame.radiance.load(x, y)[c]).epsilon(1e-4));
+                    CHECK(direct == doctest::Approx(once.radiance.load(x, y)[c] - emission).epsilon(1e-3));
+                    indirect += double(frame.indirect.load(x, y)[c]);
+                }
+        CHECK(indirect > 1);
     }
 }

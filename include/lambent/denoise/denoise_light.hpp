@@ -27,7 +27,7 @@ struct LightDenoiseOptions {
     int radius = 6;             ///< of the regression's windows, in pixels
     int stride = 1;             ///< one model for so many pixels a side: 2 is faster and worse
     double feature_sigma = 3;   ///< see LightRegressionOptions
-    int feature_radius = 4;     ///< of the windows in which features are cleaned of their own noise; 0: they are not
+    int feature_radius = 2;     ///< of the windows in which features are cleaned of their own noise; 0: they are not
 };
 
 namespace detail {

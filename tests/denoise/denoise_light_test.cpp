@@ -1,0 +1,211 @@
+#include "support/random.hpp"
+#include <cmath>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <lambent/denoise/denoise.hpp>
+#include <lambent/film/film.hpp>
+#include <limits>
+
+using namespace lambent;
+using lambent_test::Random;
+
+namespace {
+
+/// Two textured walls under a light with a shadow that no feature tells of, and dimmer light from all around.
+struct LitWall {
+    int width = 72, height = 40;
+
+    Vec3d albedo(int x, int y) const { return (x / 5 + y / 5) % 2 == 0 ? Vec3d(0.8, 0.4, 0.2) : Vec3d(0.2, 0.5, 0.6); }
+    Vec3d normal(int x) const { return x < 30 ? Vec3d(0, 0, 1) : Vec3d(1, 0, 0); }
+    Vec3d direct(int x, int y) const { return albedo(x, y) * (2 * x + y < 70 ? 0.05 : 1.0); }
+    Vec3d indirect(int x, int y) const { return albedo(x, y) * (0.2 + 0.002 * x); }
+    Vec3d seen(int x, int y) const { return x == 50 && y == 20 ? Vec3d(9) : Vec3d(0); }
+    Vec3d truth(int x, int y) const { return direct(x, y) + indirect(x, y) + seen(x, y); }
+
+    /// Samples whose light is exponentially distributed, as unlike the normal distribution as a renderer's.
+    template <class T = float>
+    PixelData<T> frame(int spp, std::uint64_t seed, double noise = 1, FilmPlanes planes = FilmPlanes::statistics) const {
+        FilmPass<T> pass(width, height, planes, 0, std::uint64_t(spp));
+        Random random(seed);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                typename FilmPass<T>::Pixel pixel(pass, x, y);
+                for (int i = 0; i < spp; ++i) {
+                    const auto factor = [&] { return 1 + noise * (-std::log(1 - random.uniform()) - 1); };
+                    PixelSample<T> s;
+                    s.hit = true;
+                    s.albedo = Vec3<T>(albedo(x, y));
+                    s.normal = Vec3<T>(normal(x));
+                    s.depth = T(3 + 0.01 * y);
+                    s.direct = Vec3<T>(direct(x, y) * factor());
+                    s.indirect = Vec3<T>(indirect(x, y) * factor());
+                    s.emission = Vec3<T>(seen(x, y));
+                    s.radiance = s.emission + s.direct + s.indirect;
+                    pixel.add(s);
+                }
+            }
+        return pass.finish().resolve();
+    }
+
+    template <class T>
+    double error(const Plane<T, 3>& image) const {
+        double sum = 0;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const Vec3d d = Vec3d(image.load(x, y)) - truth(x, y), t = truth(x, y);
+                for (int c = 0; c < 3; ++c) sum += d[c] * d[c] / (t[c] * t[c] + 0.01);
+            }
+        return sum / (3.0 * width * height);
+    }
+};
+
+template <class T>
+Plane<T, 3> cleaned(const PixelData<T>& frame, const LightDenoiseOptions& options = {}) {
+    Plane<T, 3> out(frame.width, frame.height);
+    SerialExecutor serial;
+    denoise_light<T>(frame.view(), out.view(), options, serial);
+    return out;
+}
+
+} // namespace
+
+TEST_CASE("denoise_light: better than its input at every number of samples, and its error falls with theirs") {
+    const LitWall wall;
+    const std::uint64_t seed = 11;
+    CAPTURE(seed);
+    double last = std::numeric_limits<double>::infinity();
+    for (const int spp : {1, 4, 16, 64, 256, 1024}) {
+        CAPTURE(spp);
+        double raw = 0, fine = 0, fast = 0;
+        for (std::uint64_t round = 0; round < 3; ++round) {
+            const PixelData<float> frame = wall.frame(spp, seed + 100 * round + std::uint64_t(spp));
+            raw += wall.error(frame.radiance) / 3;
+            fine += wall.error(cleaned(frame)) / 3;
+            fast += wall.error(cleaned(frame, {.stride = 2})) / 3;
+        }
+        CAPTURE(raw);
+        CAPTURE(fine);
+        CAPTURE(fast);
+        CHECK(fine < raw * (spp <= 64 ? 0.25 : 0.6));
+        CHECK(fast < raw * (spp <= 64 ? 0.5 : 0.9));
+        CHECK(fine < last);
+        last = fine;
+    }
+    CHECK(wall.error(cleaned(wall.frame<double>(16, seed))) < 0.25 * wall.error(wall.frame<double>(16, seed).radiance));
+}
+
+TEST_CASE("denoise_light: keeps energy, lights seen directly, and what has no noise") {
+    const LitWall wall;
+    for (const int spp : {4, 16, 64}) {
+        CAPTURE(spp);
+        const Plane<float, 3> out = cleaned(wall.frame(spp, 5));
+        double has = 0, truth = 0;
+        for (int y = 0; y < wall.height; ++y)
+            for (int x = 0; x < wall.width; ++x) {
+                has += double(out.load(x, y).x + out.load(x, y).y + out.load(x, y).z);
+                const Vec3d t = wall.truth(x, y);
+                truth += t.x + t.y + t.z;
+            }
+        // Noise of the input's own mean: both parts' relative deviation is 1 in each of so many samples.
+        CHECK(std::abs(has / truth - 1) < 0.01 + 4 / std::sqrt(double(spp) * wall.width * wall.height));
+        CHECK(out.load(50, 20).x == doctest::Approx(9 + wall.truth(51, 20).x).epsilon(0.15));
+    }
+    const PixelData<float> still = wall.frame(16, 1, 0);
+    const Plane<float, 3> out = cleaned(still);
+    for (int y = 0; y < wall.height; ++y)
+        for (int x = 0; x < wall.width; ++x)
+            for (int c = 0; c < 3; ++c)
+                CHECK(out.load(x, y)[c] == doctest::Approx(still.radiance.load(x, y)[c]).epsilon(2e-3));
+}
+
+TEST_CASE("denoise_light: the same bits for any number of threads, in place too") {
+    const PixelData<float> frame = LitWall{.width = 67, .height = 35}.frame(4, 3);
+    for (const int stride : {1, 2}) {
+        const Plane<float, 3> one = cleaned(frame, {.stride = stride});
+        ThreadExecutor threads(3);
+        Plane<float, 3> in_place = frame.radiance;
+        FrameView<float> view = frame.view();
+        view.radiance = in_place.view();
+        denoise_light<float>(view, in_place.view(), {.stride = stride}, threads);
+        CHECK(std::memcmp(one.values().data(), in_place.values().data(), one.values().size() * sizeof(float)) == 0);
+    }
+}
+
+TEST_CASE("denoise_light: values that are not finite, missing features, odd sizes") {
+    const LitWall wall;
+    PixelData<float> frame = wall.frame(4, 9);
+    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+    for (auto* plane : {&frame.radiance, &frame.direct, &frame.indirect, &frame.root_direct, &frame.root_direct_variance,
+                        &frame.variance}) {
+        plane->view().store(20, 20, Vec3f(nan));
+        plane->view().store(40, 10, Vec3f(inf));
+    }
+    const Plane<float, 3> out = cleaned(frame);
+    for (const float v : out.values()) CHECK(is_finite(v));
+    CHECK(wall.error(out) < wall.error(wall.frame(4, 9).radiance) * 0.3);
+
+    PixelData<float> bare = wall.frame(16, 9, 1, FilmPlanes::light_moments);
+    CHECK(wall.error(cleaned(bare)) < wall.error(bare.radiance));
+    for (const auto& [w, h] : {std::pair(1, 1), std::pair(1, 9), std::pair(33, 2), std::pair(8, 17)}) {
+        const PixelData<float> small = LitWall{.width = w, .height = h}.frame(2, 1);
+        const Plane<float, 3> clean = cleaned(small);
+        for (const float v : clean.values()) CHECK(is_finite(v));
+    }
+    SerialExecutor serial;
+    Plane<float, 3> target(wall.width, wall.height), other(3, 3);
+    const PixelData<float> plain = wall.frame(4, 1, 1, FilmPlanes::features);
+    CHECK_THROWS_WITH_AS(denoise_light<float>(plain.view(), target.view(), {}, serial),
+                         "denoise_light: the frame has no statistics of its samples", Error);
+    CHECK_THROWS_AS(denoise_light<float>(frame.view(), other.view(), {}, serial), Error);
+    CHECK_THROWS_AS(denoise_light<float>(frame.view(), target.view(), {.stride = 3}, serial), Error);
+    CHECK_THROWS_AS(denoise_light<float>(frame.view(), target.view(), {.radius = 9}, serial), Error);
+    CHECK(denoise(frame, denoise_options("best"), serial).report.regression);
+    CHECK(!denoise(plain, denoise_options("best"), serial).report.regression);
+}
+
+TEST_CASE("pair_average: takes a feature's noise away, not its edges") {
+    Random random(4);
+    Plane<float, 3> noisy(60, 30), variance(60, 30), none(60, 30);
+    for (int y = 0; y < 30; ++y)
+        for (int x = 0; x < 60; ++x) {
+            const float truth = x < 30 ? 0.2f : 0.8f, deviation = y < 15 ? 0.1f : 0.0f;
+            float sum = 0; // about normal
+            for (int i = 0; i < 12; ++i) sum += float(random.uniform()) - 0.5f;
+            noisy.view().store(x, y, Vec3f(truth + deviation * sum, 0, 0));
+            variance.view().store(x, y, Vec3f(deviation * deviation, 0, 0));
+        }
+    SerialExecutor serial;
+    const PairAveraged<float> out = pair_average<float>(noisy.view(), variance.view(), 4, 0.25, serial);
+    double before = 0, after = 0;
+    for (int y = 0; y < 15; ++y)
+        for (int x = 0; x < 60; ++x) {
+            const double truth = x < 30 ? 0.2 : 0.8;
+            before += std::pow(double(noisy.load(x, y).x) - truth, 2);
+            after += std::pow(double(out.mean.load(x, y).x) - truth, 2);
+        }
+    CHECK(after < before / 8);
+    for (int y = 20; y < 30; ++y) // without variance nothing of another value counts
+        for (int x = 0; x < 60; ++x) CHECK(out.mean.load(x, y).x == doctest::Approx(x < 30 ? 0.2 : 0.8).epsilon(1e-4));
+    const PairAveraged<float> same = pair_average<float>(noisy.view(), none.view(), 4, 0.25, serial);
+    CHECK(same.mean.values() == noisy.values());
+}
+
+TEST_CASE("restore_energy: what is lacking comes back where it was, noise does not") {
+    Random random(8);
+    Plane<float, 3> noisy(96, 64), image(96, 64);
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 96; ++x) {
+            noisy.view().store(x, y, Vec3f(float(-std::log(1 - random.uniform()))));
+            image.view().store(x, y, Vec3f(x < 48 ? 0.7f : 1.0f)); // a third is missing on the left
+        }
+    restore_energy<float>(image.view(), noisy.view());
+    double left = 0, right = 0, squares = 0;
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 96; ++x) {
+            (x < 48 ? left : right) += double(image.load(x, y).x) / (48 * 64);
+            squares += std::pow(double(image.load(x, y).x) - 1, 2) / (96 * 64);
+        }
+    CHECK(left == doctest::Approx(1).epsilon(0.06)); // 3072 pixels: 1.8 % of noise, and what the gates hold back
+    CHECK(right == doctest::Approx(1).epsilon(0.06));
+    CHECK(squares < 0.03);
+}
