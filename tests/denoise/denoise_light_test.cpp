@@ -118,6 +118,39 @@ TEST_CASE("denoise_light: keeps energy, lights seen directly, and what has no no
                 CHECK(out.load(x, y)[c] == doctest::Approx(still.radiance.load(x, y)[c]).epsilon(2e-3));
 }
 
+TEST_CASE("denoise_light: energy that comes in few bright samples is clamped and given back") {
+    const LitWall wall;
+    const int spp = 16;
+    const std::uint64_t seed = 21;
+    Random random(seed);
+    FilmPass<float> pass(wall.width, wall.height, FilmPlanes::statistics, 0, spp);
+    for (int y = 0; y < wall.height; ++y)
+        for (int x = 0; x < wall.width; ++x) {
+            FilmPass<float>::Pixel pixel(pass, x, y);
+            for (int i = 0; i < spp; ++i) {
+                PixelSample<float> s;
+                s.hit = true;
+                s.albedo = Vec3f(wall.albedo(x, y));
+                s.indirect = random.uniform() < 0.002 ? Vec3f(250) : Vec3f(0.5);
+                s.radiance = s.indirect;
+                pixel.add(s);
+            }
+        }
+    const PixelData<float> frame = pass.finish().resolve();
+    const Plane<float, 3> out = cleaned(frame);
+    double has = 0, given = 0, brightest = 0;
+    for (int y = 0; y < wall.height; ++y)
+        for (int x = 0; x < wall.width; ++x) {
+            has += double(out.load(x, y).y);
+            given += double(frame.radiance.load(x, y).y);
+            brightest = std::max(brightest, double(out.load(x, y).y));
+        }
+    CAPTURE(seed);
+    CAPTURE(brightest);
+    CHECK(has == doctest::Approx(given).epsilon(0.1)); // the gates keep back what does not stand out from noise
+    CHECK(brightest < 5);                              // 16 in the input
+}
+
 TEST_CASE("denoise_light: the same bits for any number of threads, in place too") {
     const PixelData<float> frame = LitWall{.width = 67, .height = 35}.frame(4, 3);
     for (const int stride : {1, 2}) {
