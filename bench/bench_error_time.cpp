@@ -97,11 +97,6 @@ PixelData<float> trace(const Subject& s, const PreparedScene<float>& prepared, c
     return go(PathIntegrator<>{}, SobolSampler<float>(seed));
 }
 
-Vec3d to_vector(const std::string& text) {
-    const std::vector<double> v = to_numbers(text, 3);
-    return {v[0], v[1], v[2]};
-}
-
 double cpu_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 double median(std::vector<double> v) {

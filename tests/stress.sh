@@ -1,6 +1,6 @@
 #!/bin/sh
 # Rays at edges and vertices in any number, under compiler flags that round differently and in every SIMD layout; then
-# radiance with a closed form, to a thousandth by every sampler and strategy, and means of the reference scenes.
+# radiance with a closed form by every sampler and strategy, and means of the reference scenes.
 #   sh tests/stress.sh [--rays TOTAL] [--jobs N] [--seed S]     1e9 rays, as many jobs as processors, seed 1
 # Builds in build/stress. Prints what each program did, then a line for each, and last "N passed, N failed".
 # CXX and CXXFLAGS count; the flags of a set come after those.

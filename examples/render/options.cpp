@@ -6,11 +6,6 @@ using namespace lambent;
 
 namespace {
 
-Vec3d to_vector(const std::string& text) {
-    const std::vector<double> n = to_numbers(text, 3);
-    return {n[0], n[1], n[2]};
-}
-
 void set_size(Options& o, const std::string& text) {
     const std::vector<std::string> parts = split(text, 'x');
     if (parts.size() != 2) throw UsageError("must be WxH, as in 1280x720");

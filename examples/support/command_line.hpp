@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <lambent/core/vec.hpp>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -160,6 +161,12 @@ inline std::vector<double> to_numbers(const std::string& text, std::size_t count
     std::vector<double> numbers;
     for (const std::string& part : split_exactly(text, ',', count)) numbers.push_back(to_number(part));
     return numbers;
+}
+
+/// Three of them, as x,y,z. throws UsageError
+inline lambent::Vec3d to_vector(const std::string& text) {
+    const std::vector<double> n = to_numbers(text, 3);
+    return {n[0], n[1], n[2]};
 }
 
 /// The index of `text` among the choices. throws UsageError that lists them

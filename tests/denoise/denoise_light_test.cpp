@@ -173,7 +173,15 @@ TEST_CASE("denoise_light: values that are not finite, missing features, odd size
         plane->view().store(20, 20, Vec3f(nan));
         plane->view().store(40, 10, Vec3f(inf));
     }
-    const Plane<float, 3> out = cleaned(frame);
+    for (auto* plane : {&frame.albedo, &frame.albedo_variance, &frame.normal, &frame.normal_variance})
+        plane->view().store(60, 30, Vec3f(nan));
+    frame.depth.view().store(60, 31, inf);
+    frame.depth_variance.view().store(61, 31, nan);
+    Plane<float, 3> out(wall.width, wall.height);
+    SerialExecutor serial;
+    const LightDenoiseReport report = denoise_light<float>(frame.view(), out.view(), {}, serial);
+    CHECK(report.non_finite == 2);
+    CHECK(report.spikes > 10);
     for (const float v : out.values()) CHECK(is_finite(v));
     CHECK(wall.error(out) < wall.error(wall.frame(4, 9).radiance) * 0.3);
 
@@ -184,12 +192,16 @@ TEST_CASE("denoise_light: values that are not finite, missing features, odd size
         const Plane<float, 3> clean = cleaned(small);
         for (const float v : clean.values()) CHECK(is_finite(v));
     }
-    SerialExecutor serial;
     Plane<float, 3> target(wall.width, wall.height), other(3, 3);
     const PixelData<float> plain = wall.frame(4, 1, 1, FilmPlanes::features);
     CHECK_THROWS_WITH_AS(denoise_light<float>(plain.view(), target.view(), {}, serial),
                          "denoise_light: the frame has no statistics of its samples", Error);
     CHECK_THROWS_AS(denoise_light<float>(frame.view(), other.view(), {}, serial), Error);
+    FrameView<float> uneven = frame.view();
+    uneven.root_indirect = other.view();
+    CHECK_THROWS_AS(denoise_light<float>(uneven, target.view(), {}, serial), Error);
+    CHECK_THROWS_AS(LightRegression<float>(8, 8, {.test_softness = {0.1, 0}}), Error);
+    CHECK_THROWS_AS(LightRegression<float>(0, 8, {}), Error);
     CHECK_THROWS_AS(denoise_light<float>(frame.view(), target.view(), {.stride = 3}, serial), Error);
     CHECK_THROWS_AS(denoise_light<float>(frame.view(), target.view(), {.radius = 9}, serial), Error);
     CHECK(denoise(frame, denoise_options("best"), serial).report.regression);
@@ -219,6 +231,13 @@ TEST_CASE("pair_average: takes a feature's noise away, not its edges") {
     CHECK(after < before / 8);
     for (int y = 20; y < 30; ++y) // without variance nothing of another value counts
         for (int x = 0; x < 60; ++x) CHECK(out.mean.load(x, y).x == doctest::Approx(x < 30 ? 0.2 : 0.8).epsilon(1e-4));
+    noisy.view().store(5, 5, Vec3f(std::numeric_limits<float>::quiet_NaN()));
+    const PairAveraged<float> hurt = pair_average<float>(noisy.view(), variance.view(), 4, 0.25, serial);
+    int lost = 0;
+    for (const float v : hurt.mean.values()) lost += !is_finite(v);
+    CHECK(lost == 3);                                             // the three channels of that pixel
+    CHECK(hurt.mean.load(12, 5).x == out.mean.load(12, 5).x);     // out of reach
+    noisy.view().store(5, 5, Vec3f(0.2f, 0, 0));
     const PairAveraged<float> same = pair_average<float>(noisy.view(), none.view(), 4, 0.25, serial);
     CHECK(same.mean.values() == noisy.values());
 }

@@ -64,14 +64,7 @@ Estimate seen_directly(const PreparedScene<float>& scene, ThreadExecutor& thread
         for (int c = 0; c < 3; ++c) moments[std::size_t(c)].add(sum[c]);
         moments[3].add((sum.x + sum.y + sum.z) / 3);
     }
-    Estimate e;
-    for (int c = 0; c < 3; ++c) {
-        e.mean[c] = moments[std::size_t(c)].mean();
-        e.error[c] = moments[std::size_t(c)].standard_error();
-    }
-    e.grey = moments[3].mean();
-    e.grey_error = moments[3].standard_error();
-    return e;
+    return estimate_of(moments);
 }
 
 Estimate added(const Estimate& a, const Estimate& b) {

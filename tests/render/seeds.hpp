@@ -61,6 +61,18 @@ inline Estimate image_of_seed(const PreparedScene<float>& scene, const Camera& c
     return by_sampler(SobolSampler<float>(seed));
 }
 
+/// The mean of red, green, blue and grey, and its standard error.
+inline Estimate estimate_of(const std::array<Moments, 4>& moments) {
+    Estimate e;
+    for (int c = 0; c < 3; ++c) {
+        e.mean[c] = moments[std::size_t(c)].mean();
+        e.error[c] = moments[std::size_t(c)].standard_error();
+    }
+    e.grey = moments[3].mean();
+    e.grey_error = moments[3].standard_error();
+    return e;
+}
+
 /// The mean of the images of seeds [first, first + count).
 inline Estimate mean_over_seeds(const PreparedScene<float>& scene, const Camera& camera, ImageSize size, const Way& way,
                                 int spp, int first, int count) {
@@ -71,19 +83,15 @@ inline Estimate mean_over_seeds(const PreparedScene<float>& scene, const Camera&
             images[i] = image_of_seed(scene, camera, size, way, spp, std::uint32_t(first) + std::uint32_t(i));
     });
     std::array<Moments, 4> moments;
-    Estimate e;
     for (const Estimate& image : images) {
         for (int c = 0; c < 3; ++c) moments[std::size_t(c)].add(image.mean[c]);
         moments[3].add(image.grey);
+    }
+    Estimate e = estimate_of(moments);
+    for (const Estimate& image : images) {
         e.rays += image.rays;
         e.finite &= image.finite;
     }
-    for (int c = 0; c < 3; ++c) {
-        e.mean[c] = moments[std::size_t(c)].mean();
-        e.error[c] = moments[std::size_t(c)].standard_error();
-    }
-    e.grey = moments[3].mean();
-    e.grey_error = moments[3].standard_error();
     return e;
 }
 

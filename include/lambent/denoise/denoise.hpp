@@ -20,8 +20,8 @@ enum class SigmaUnits {
 
 /// What denoise() does. Infinite sigmas and thresholds switch their part off.
 struct DenoiseOptions {
-    int regression = 0; ///< where the frame has statistics of its samples: denoise_light() with a model for every pixel (1)
-                        ///< or every second one a side (2), and all below is of no account; 0: never
+    int regression = 0; ///< where the frame has statistics of its samples: denoise_light() with a model for every pixel
+                        ///< (1) or every second one a side (2), and all below is of no account; 0: never
     int kernel = 33; ///< taps along a side, odd; 0 = off: the output is the radiance, bit for bit
     BilateralForm form = BilateralForm::separable_reuse;
     SigmaUnits units = SigmaUnits::relative;
@@ -40,12 +40,14 @@ inline constexpr std::string_view denoise_methods =
     "best|balanced|fast|naive_2d|reuse_2d|separable|separable_reuse|seed|none";
 
 /// The options of a method. best and balanced are denoise_light() where the frame has statistics of its samples
-/// (FilmPlanes::statistics). Where it has none: balanced is the default filter; best weighs whole windows, which leaves no traces along rows
-/// and columns and takes four times as long; fast has half the kernel; naive_2d … separable_reuse are the forms of
-/// the filter with balanced's sigmas; seed has the original's sigmas and firefly rule; none leaves the image alone.
+/// (FilmPlanes::statistics). Where it has none: balanced is the filter of DenoiseOptions{}; best weighs whole windows,
+/// which leaves no traces along rows and columns and takes four times as long. fast has half the kernel; naive_2d …
+/// separable_reuse are the forms of the filter with balanced's sigmas; seed has the original's sigmas and firefly rule;
+/// none leaves the image alone.
 /// throws lambent::Error that names the choices
 inline DenoiseOptions denoise_options(std::string_view method) {
-    if (method == "best") return {.regression = 1, .kernel = 25, .form = BilateralForm::reuse_2d, .sigma_illumination = 0.3};
+    if (method == "best")
+        return {.regression = 1, .kernel = 25, .form = BilateralForm::reuse_2d, .sigma_illumination = 0.3};
     if (method == "reuse_2d") return {.form = BilateralForm::reuse_2d};
     if (method == "naive_2d") return {.form = BilateralForm::naive_2d};
     if (method == "separable") return {.form = BilateralForm::separable};
@@ -65,7 +67,7 @@ inline DenoiseOptions denoise_options(std::string_view method) {
 /// What denoise() met on its way.
 struct DenoiseReport {
     std::size_t non_finite = 0; ///< pixels that came with a NaN or an infinity
-    bool regression = false;    ///< the frame's statistics were there and used
+    bool regression = false;    ///< the frame's statistics were there and used: denoise_light()
     std::size_t spikes = 0;     ///< pixels that a clamp or the firefly rule made darker
 };
 
@@ -137,6 +139,10 @@ DenoiseReport denoise(const FrameView<T>& frame, const std::type_identity_t<Pixe
                       const DenoiseOptions& options, E& executor) {
     require(!frame.radiance.absent(), "denoise: the frame has no radiance plane");
     detail::require_planes("denoise", frame, out);
+    if (options.regression > 0 && has_light_statistics(frame)) {
+        const LightDenoiseReport light = denoise_light(frame, out, {.stride = options.regression}, executor);
+        return {.non_finite = light.non_finite, .regression = true, .spikes = light.spikes};
+    }
     const bool relative = options.units == SigmaUnits::relative;
     CrossBilateralOptions filter{.kernel = options.kernel, .sigma_spatial = options.sigma_spatial,
                                  .second_pass_factor = options.second_pass_factor, .form = options.form};
@@ -147,11 +153,6 @@ DenoiseReport denoise(const FrameView<T>& frame, const std::type_identity_t<Pixe
     const PlaneDistanceFeature<T> plane(frame.position, frame.normal, footprint.view(), options.sigma_position);
     const NormalAngleFeature<T> angle(frame.normal, options.sigma_normal);
     DenoiseReport report;
-    if (options.regression > 0 && has_light_statistics(frame)) {
-        report.regression = true;
-        denoise_light(frame, out, {.stride = options.regression}, executor);
-        return report;
-    }
     if (options.kernel == 0) {
         for (int y = 0; y < out.height(); ++y)
             for (int x = 0; x < out.width(); ++x) out.store(x, y, frame.radiance.load(x, y));

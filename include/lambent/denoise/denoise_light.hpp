@@ -10,6 +10,7 @@
 #include <concepts>
 #include <cstddef>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace lambent {
@@ -23,6 +24,13 @@ bool has_light_statistics(const FrameView<T>& frame) {
            !frame.root_indirect_variance.absent() && !frame.variance.absent() && !frame.samples.absent();
 }
 
+/// What denoise_light() met on its way.
+struct LightDenoiseReport {
+    std::size_t non_finite = 0; ///< pixels that came with light that is not finite
+    std::size_t spikes = 0;     ///< pixels of direct, and again of indirect light that were clamped
+};
+
+/// Of denoise_light().
 struct LightDenoiseOptions {
     int radius = 6;             ///< of the regression's windows, in pixels
     int stride = 1;             ///< one model for so many pixels a side: 2 is faster and worse
@@ -43,19 +51,23 @@ struct BySamples {
     }
 };
 
-template <class T>
-Plane<T, 3> spread(const PixelView<const T, 1>& plane, double factor) {
+/// A feature of one to three channels as three, times a factor; 0 where it is not finite.
+template <class T, int C>
+Plane<T, 3> as_guide(const PixelView<const T, C>& plane, double factor) {
     Plane<T, 3> out(plane.width(), plane.height());
     for (int y = 0; y < plane.height(); ++y)
         for (int x = 0; x < plane.width(); ++x) {
-            const T value = T(double(plane.load(x, y)) * factor);
-            out.view().store(x, y, {is_finite(value) ? value : T(0), T(0), T(0)});
+            Vec3<T> value(0);
+            if constexpr (C == 1) value.x = plane.load(x, y);
+            else value = plane.load(x, y);
+            value *= T(factor);
+            if (is_finite(value)) out.view().store(x, y, value);
         }
     return out;
 }
 
-/// How far a pixel outshines its 5 x 5 neighbours in the sum of the channels: the factor that brings it to their mean and
-/// `deviations` of theirs. 1 where its own deviation `sigma` says that it is no accident.
+/// How far a pixel outshines its 5 x 5 neighbours in the sum of the channels: the factor that brings it to their mean
+/// and `deviations` of theirs. 1 where its own deviation sigma(x, y) says that it is no accident.
 template <class T, class Sigma>
 Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviations, Sigma&& sigma) {
     Plane<T, 1> factors(light.width(), light.height());
@@ -110,16 +122,27 @@ void spatial_variance(const PixelView<const T, 3>& plane, const PixelView<T, 1>&
 /// each clamped where it outshines its neighbours by accident, fitted by LightRegression, and given back what clamping
 /// took; lights seen directly stay as they are. `out` may be the frame's radiance. Consistent: with the samples' noise
 /// the error goes to 0, unlike that of filters whose windows are fixed.
+/// samples the number of the first pixel's chooses the parameters
+/// nan     light that is not finite is repaired from its neighbours, features and variances that are not count as 0
 /// threads the same bits for any executor
-/// throws  lambent::Error when planes are absent or of unequal size
-/// cost    2 · (2 · radius + 1)² / stride² taps of about 110 operations a pixel; about 250 bytes a pixel
+/// throws  lambent::Error when planes are absent or of unequal size, before anything is written
+/// cost    2 · (2 · radius + 1)² / stride² taps of about 110 operations a pixel; some 280 bytes a pixel, by count
 template <std::floating_point T, Executor E>
-void denoise_light(const FrameView<T>& frame, const std::type_identity_t<PixelView<T, 3>>& out,
+LightDenoiseReport denoise_light(const FrameView<T>& frame, const std::type_identity_t<PixelView<T, 3>>& out,
                    const LightDenoiseOptions& options, E& executor) {
     require(has_light_statistics(frame), "denoise_light: the frame has no statistics of its samples");
     require(options.radius >= 1 && options.radius <= 8 && (options.stride == 1 || options.stride == 2),
             "denoise_light: radius must be 1 to 8, stride 1 or 2");
     require_same_size("denoise_light: radiance and output", frame.radiance, out);
+    const auto same_size = [&](const auto&... planes) {
+        const auto check = [&](const auto& plane) {
+            if (!plane.absent()) require_same_size("denoise_light: radiance and another plane", frame.radiance, plane);
+        };
+        (check(planes), ...);
+    };
+    same_size(frame.samples, frame.variance, frame.direct, frame.root_direct, frame.root_direct_variance, frame.indirect,
+              frame.root_indirect, frame.root_indirect_variance, frame.albedo, frame.albedo_variance, frame.normal,
+              frame.normal_variance, frame.depth, frame.depth_variance);
     const int width = out.width(), height = out.height();
     const double samples = double(frame.samples.load(0, 0));
 
@@ -145,25 +168,25 @@ void denoise_light(const FrameView<T>& frame, const std::type_identity_t<PixelVi
         PairAveraged<T> plane;
     };
     std::vector<Guide> guides;
-    const auto add_guide = [&](int channel, int size, const PixelView<const T, 3>& mean,
-                               const PixelView<const T, 3>& variance) {
+    const auto add_guide = [&](int channel, int size, const auto& mean, const auto& variance, double factor) {
         if (mean.absent()) return;
-        require_same_size("denoise_light: radiance and a feature", frame.radiance, mean);
-        const Plane<T, 3> none(variance.absent() ? width : 0, variance.absent() ? height : 0);
+        Plane<T, 3> noise(width, height);
+        if (!variance.absent()) noise = detail::as_guide(variance, factor * factor);
+        const Plane<T, 3> guide = detail::as_guide(mean, factor);
         guides.push_back({channel, size,
-                          pair_average<T>(mean, variance.absent() ? none.view() : variance, options.feature_radius, 0.25,
-                                          executor)});
+                          pair_average<T>(guide.view(), std::as_const(noise).view(), options.feature_radius, 0.25, executor)});
     };
-    add_guide(0, 3, frame.albedo, frame.albedo_variance);
-    add_guide(3, 3, frame.normal, frame.normal_variance);
-    if (!frame.depth.absent()) {
-        const Plane<T, 3> depth = detail::spread<T>(frame.depth, per_depth);
-        Plane<T, 3> variance(width, height);
-        if (!frame.depth_variance.absent()) variance = detail::spread<T>(frame.depth_variance, per_depth * per_depth);
-        add_guide(6, 1, depth.view(), variance.view());
-    }
+    add_guide(0, 3, frame.albedo, frame.albedo_variance, 1);
+    add_guide(3, 3, frame.normal, frame.normal_variance, 1);
+    add_guide(6, 1, frame.depth, frame.depth_variance, per_depth);
 
+    LightDenoiseReport report;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            report.non_finite += !is_finite(frame.radiance.load(x, y)) || !is_finite(frame.direct.load(x, y)) ||
+                                 !is_finite(frame.indirect.load(x, y));
     Plane<T, 3> result(width, height), reflected(width, height), seen(width, height);
+    using By = detail::BySamples;
     for (int part = 0; part < 2; ++part) {
         const bool direct = part == 0;
         const PixelView<const T, 3> given = direct ? frame.direct : frame.indirect;
@@ -177,15 +200,18 @@ void denoise_light(const FrameView<T>& frame, const std::type_identity_t<PixelVi
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
                 reflected.view().store(x, y, reflected.load(x, y) + light.load(x, y));
-        const Plane<T, 1> factors = detail::outlier_factors<T>(light.view(), direct || samples < 16 ? 2 : 1, [&](int x, int y) {
+        const auto deviation = [&](int x, int y) {
             const Vec3<T> v = frame.variance.load(x, y);
             const double s = std::sqrt(double(v.x)) + std::sqrt(double(v.y)) + std::sqrt(double(v.z));
             return is_finite(s) ? s : 0.0;
-        });
+        };
+        const Plane<T, 1> factors =
+            detail::outlier_factors<T>(light.view(), direct || samples < 16 ? 2 : 1, deviation);
         double noise = 0;
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
                 const T factor = factors.load(x, y);
+                report.spikes += factor < 1;
                 light.view().store(x, y, light.load(x, y) * factor);
                 const Vec3<T> r = given_root.load(x, y), v = given_variance.load(x, y);
                 root.view().store(x, y, is_finite(r) ? r * std::sqrt(factor) : sqrt(max(light.load(x, y), Vec3<T>(0))));
@@ -196,9 +222,8 @@ void denoise_light(const FrameView<T>& frame, const std::type_identity_t<PixelVi
         for (const T v : variance.values()) noise += double(v);
         if (noise > 0) {
             for (T& v : variance.values()) v += T(1e-4 * noise / double(variance.values().size()));
-            using By = detail::BySamples;
-            regression.test_softness = direct ? std::array{By{{.12, .12, .35, .35}}(samples), By{{.12, .12, .35, .35}}(samples)}
-                                              : std::array{By{{.25, .25, .5, .5}}(samples), By{{.12, .12, .5, .5}}(samples)};
+            regression.test_softness = {(direct ? By{{.12, .12, .35, .35}} : By{{.25, .25, .5, .5}})(samples),
+                                        (direct ? By{{.12, .12, .35, .35}} : By{{.12, .12, .5, .5}})(samples)};
             LightRegression<T> fit(width, height, regression);
             for (const Guide& g : guides)
                 for (int c = 0; c < g.size; ++c)
@@ -218,6 +243,7 @@ void denoise_light(const FrameView<T>& frame, const std::type_identity_t<PixelVi
     repair_non_finite(seen.view());
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) out.store(x, y, result.load(x, y) + seen.load(x, y));
+    return report;
 }
 
 } // namespace LAMBENT_ABI

@@ -1,4 +1,5 @@
 #pragma once
+#include <lambent/core/error.hpp>
 #include <lambent/core/exp.hpp>
 #include <lambent/core/parallel.hpp>
 #include <lambent/core/simd.hpp>
@@ -76,18 +77,19 @@ class LightRegression {
     using Phased = detail::PhasedPlanes<T>;
 
 public:
-    /// `guides`: albedo, normal and depth in 7 channels, absent ones 0; `scales`: of each guide 1 / variance that counts
-    /// as the same.
+    static constexpr int guide_channels = features; ///< albedo, normal and depth, say; those not set are all 0
+
+    /// throws lambent::Error on an empty image or options out of their ranges
     LightRegression(int image_width, int image_height, const LightRegressionOptions& options)
-        : w_(image_width), h_(image_height), o_(options), guides_(w_, h_, features, options.stride),
-          scales_(w_, h_, features, options.stride), inside_(w_, h_, 1, options.stride) {
+        : w_(image_width), h_(image_height), o_(checked(image_width, image_height, options)),
+          guides_(w_, h_, features, o_.stride), scales_(w_, h_, features, o_.stride), inside_(w_, h_, 1, o_.stride) {
         inside_.fill(0, w_, h_, [](int, int) { return T(1); });
         for (int y = -Phased::rim; y < h_ + Phased::rim; ++y)
             for (int x = -Phased::rim; x < w_ + Phased::rim; ++x)
                 if (x < 0 || y < 0 || x >= w_ || y >= h_) inside_.channel(0)[inside_.at(x, y)] = 0;
     }
 
-    /// guide(x, y) and variance(x, y), of the same unit squared.
+    /// One channel: guide(x, y) and its variance(x, y), in the guide's unit squared; both finite.
     template <class F, class V>
     void set_guide(int channel, F&& guide, V&& variance) {
         guides_.fill(channel, w_, h_, guide);
@@ -105,7 +107,9 @@ public:
         });
     }
 
-    /// `color`: what is fitted; `root`, `root_variance`: what is tested. `out` may be `color`.
+    /// `color`: what is fitted; `root`, `root_variance`: what is tested, variance above 0. All of the image's size and
+    /// finite. `out` may be `color`.
+    /// threads the same bits for any executor
     template <Executor E>
     void run(const PixelView<const T, 3>& color, const PixelView<const T, 3>& root,
              const PixelView<const T, 1>& root_variance, const PixelView<T, 3>& out, E& executor) const {
@@ -128,8 +132,10 @@ public:
             for (int y = int(begin); y < int(end); ++y)
                 for (int x = 0; x < w_; ++x) {
                     T sum[4] = {0, 0, 0, 0};
-                    for (int ty = std::max(0, (y - o_.radius - 1) / tile_h); ty <= std::min(tiles_y - 1, (y + o_.radius) / tile_h); ++ty)
-                        for (int tx = std::max(0, (x - o_.radius - 1) / tile_w); tx <= std::min(tiles_x - 1, (x + o_.radius) / tile_w); ++tx) {
+                    const auto first = [&](int at, int tile) { return std::max(0, (at - o_.radius - 1) / tile); };
+                    const auto last = [&](int at, int tile, int n) { return std::min(n - 1, (at + o_.radius) / tile); };
+                    for (int ty = first(y, tile_h); ty <= last(y, tile_h, tiles_y); ++ty)
+                        for (int tx = first(x, tile_w); tx <= last(x, tile_w, tiles_x); ++tx) {
                             const int u = x - tx * tile_w + o_.radius, v = y - ty * tile_h + o_.radius;
                             if (u < 0 || v < 0 || u >= tile_w + 2 * o_.radius || v >= tile_h + 2 * o_.radius) continue;
                             const T* tile = said[std::size_t(ty * tiles_x + tx)].data();
@@ -143,7 +149,17 @@ public:
     }
 
 private:
-    static constexpr int tile_w = 32, tile_h = 16;
+    static constexpr int tile_w = 32, tile_h = 16; ///< pixels of a tile; its width holds whole Packs of centers
+
+    static const LightRegressionOptions& checked(int w, int h, const LightRegressionOptions& o) {
+        require(w > 0 && h > 0, "LightRegression: the image is empty");
+        require(o.radius >= 1 && o.radius <= 8 && (o.stride == 1 || o.stride == 2),
+                "LightRegression: radius must be 1 to 8, stride 1 or 2");
+        require(o.feature_sigma > 0 && o.feature_floor > 0 && o.own_vote > 0 && o.ridge > 0 && o.test_softness[0] > 0 &&
+                    o.test_softness[1] > 0,
+                "LightRegression: all of the options must be positive");
+        return o;
+    }
 
     int reach_w() const { return tile_w + 2 * o_.radius + 2 * width; }
     int reach_h() const { return tile_h + 2 * o_.radius; }
@@ -202,7 +218,7 @@ private:
                     return d * d;
                 };
                 const P variance = P::load(roots.channel(3) + here + x) + P::load(roots.channel(3) + there + x);
-                store((difference2(0) + difference2(1) + difference2(2)) / variance, out + x + patch);
+                ((difference2(0) + difference2(1) + difference2(2)) / variance).store(out + x + patch);
             }
         }
         const T k1 = T(1 / o_.test_softness[0]), k3 = T(1 / o_.test_softness[1]);
@@ -235,11 +251,10 @@ private:
                 P e[2] = {-min(distance + a, P(T(80))), -min(distance + b, P(T(80)))};
                 detail::powers_of_two<2>(e, T(detail::log2_e));
                 const P counts = P::load(inside_.channel(0) + center + i) * P::load(inside_.channel(0) + tap + i);
-                store((e[0] + e[1]) * counts, out + i);
+                ((e[0] + e[1]) * counts).store(out + i);
             }
         }
     }
-    static void store(P v, T* to) { v.store(to); }
     int clamp_y(int y) const { return std::min(y, h_ + Phased::rim - 1); }
 
     /// Fits the models of eight centers side by side, and lets each speak about its window.
@@ -292,7 +307,7 @@ private:
             }
             for (int channel = 0; channel < 4; ++channel) {
                 T* const place = to + std::size_t(channel) * said_channel();
-                store(P::load(place) + (channel < 3 ? w * sum[channel] : w), place);
+                (P::load(place) + (channel < 3 ? w * sum[channel] : w)).store(place);
             }
         }
     }

@@ -16,8 +16,8 @@ struct PairAveraged {
 };
 
 /// The mean of each pixel and those around it, up to `radius` away, that could be of the same value by their variance:
-/// tested by patches of 3 x 3. A plane without variance comes out as it went in. Features of depth of field and of glass
-/// are as noisy as light, but have no shadows to lose.
+/// tested by patches of 3 x 3. A plane without variance comes out as it went in, and so do pixels that are not finite and
+/// those beside them. Features of depth of field and of glass are as noisy as light, but have no shadows to lose.
 /// cost    (2 · radius + 1)² taps a pixel
 /// source  Welch's t; Rousselle, Manzi, Zwicker, Robust denoising using feature and color information (2013), for the idea
 template <std::floating_point T, Executor E>
@@ -67,7 +67,7 @@ PairAveraged<T> pair_average(const PixelView<const T, 3>& plane, const PixelView
                         for (std::size_t k = 0; k < 3; ++k)
                             for (std::size_t i = 0; i < 3; ++i) sum += tests[k * row + std::size_t(x) + i];
                         const T excess = sum / 9 - 1;
-                        if (excess > T(8 * softness)) continue;
+                        if (!(excess <= T(8 * softness))) continue; // nor where a value is not finite
                         const T weight = excess > 0 ? std::exp(-excess / T(softness)) : T(1);
                         const auto i = std::size_t(x);
                         sums[i] += weight * plane.load(x + dx, there);
@@ -77,6 +77,7 @@ PairAveraged<T> pair_average(const PixelView<const T, 3>& plane, const PixelView
                 }
             for (int x = 0; x < width; ++x) {
                 const auto i = std::size_t(x);
+                if (!(weights[i] > 0)) continue;
                 out.mean.view().store(x, y, sums[i] / weights[i]);
                 out.variance.view().store(x, y, variance.load(x, y) * (squares[i] / (weights[i] * weights[i])));
             }

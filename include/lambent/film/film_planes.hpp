@@ -69,12 +69,14 @@ struct FilmLayout {
     int direct = -1, indirect = -1, root_direct = -1, root_indirect = -1;
     int channels = alpha + 1;
 
+    int sums_end = 0; ///< channels from alpha to here are sums, those behind are deviations
+
     /// Sums of so many channels and the squared deviations that belong to them.
     struct Moment {
         int sum, deviation, size;
     };
-    std::array<Moment, 6> moments{{{radiance, deviation, 3}}};
-    std::size_t moment_count = 1;
+    std::array<Moment, 5> moments{}; ///< besides radiance's, which every film has
+    std::size_t moment_count = 0;
 
     explicit FilmLayout(FilmPlanes planes) {
         const auto take = [&](int size) {
@@ -85,10 +87,7 @@ struct FilmLayout {
         const auto place = [&](FilmPlanes plane, int& offset, int size) {
             if (contains(planes, plane)) offset = take(size);
         };
-        const auto place_deviation = [&](int sum, int size) {
-            moments[moment_count++] = {sum, take(size), size};
-            return moments[moment_count - 1].deviation;
-        };
+        const auto place_deviation = [&](int sum, int size) { moments[moment_count++] = {sum, take(size), size}; };
         place(FilmPlanes::emission, emission, 3);
         place(FilmPlanes::albedo, albedo, 3);
         place(FilmPlanes::normal, normal, 3);
@@ -98,6 +97,7 @@ struct FilmLayout {
         place(FilmPlanes::light_moments, indirect, 3);
         place(FilmPlanes::light_moments, root_direct, 3);
         place(FilmPlanes::light_moments, root_indirect, 3);
+        sums_end = channels;
         if (contains(planes, FilmPlanes::light_moments)) {
             place_deviation(root_direct, 3);
             place_deviation(root_indirect, 3);
@@ -123,6 +123,7 @@ struct FilmLayout {
             for (int c = 0; c < 3; ++c) out[offset + c] = v[c];
         };
         put(radiance, s.radiance);
+        put(deviation, Vec3<T>(0));
         out[alpha] = s.hit ? T(1) : T(0);
         put(emission, s.emission);
         put(albedo, s.albedo);
@@ -135,16 +136,21 @@ struct FilmLayout {
             put(root_direct, sqrt(max(s.direct, Vec3<T>(0))));
             put(root_indirect, sqrt(max(s.indirect, Vec3<T>(0))));
         }
-        for (std::size_t i = 0; i < moment_count; ++i)
-            for (int c = 0; c < moments[i].size; ++c) out[moments[i].deviation + c] = 0;
+        for (int c = sums_end; c < channels; ++c) out[c] = 0;
     }
 
-    /// Calls f with every channel that is a sum and no deviation: those of moments but the first come last.
+    /// Calls f(sum, deviation) for every channel that has both.
+    template <class F>
+    void for_each_moment(F&& f) const {
+        for (int c = 0; c < 3; ++c) f(radiance + c, deviation + c);
+        for (std::size_t i = 0; i < moment_count; ++i)
+            for (int c = 0; c < moments[i].size; ++c) f(moments[i].sum + c, moments[i].deviation + c);
+    }
+    /// Calls f with every channel that is a sum.
     template <class F>
     void for_each_sum(F&& f) const {
         for (int c = 0; c < 3; ++c) f(radiance + c);
-        const int end = moment_count > 1 ? moments[1].deviation : channels;
-        for (int c = alpha; c < end; ++c) f(c);
+        for (int c = alpha; c < sums_end; ++c) f(c);
     }
 
     /// Adds the sums b to the sums a, each of n samples, n a power of two.
@@ -152,12 +158,10 @@ struct FilmLayout {
     template <class T>
     void merge_halves(T* a, const T* b, double n) const {
         const T scale = T(0.5 / n);
-        for (std::size_t i = 0; i < moment_count; ++i)
-            for (int c = 0; c < moments[i].size; ++c) {
-                const int sum = moments[i].sum + c, squares = moments[i].deviation + c;
-                const T difference = b[sum] - a[sum];
-                a[squares] = multiply_add(difference * difference, scale, a[squares] + b[squares]);
-            }
+        for_each_moment([&](int sum, int squares) {
+            const T difference = b[sum] - a[sum];
+            a[squares] = multiply_add(difference * difference, scale, a[squares] + b[squares]);
+        });
         for_each_sum([&](int c) { a[c] += b[c]; });
     }
 
@@ -165,12 +169,10 @@ struct FilmLayout {
     template <class T>
     void merge(double* a, double na, const T* b, double nb) const {
         const double weight = na * nb / (na + nb);
-        for (std::size_t i = 0; i < moment_count; ++i)
-            for (int c = 0; c < moments[i].size; ++c) {
-                const int sum = moments[i].sum + c, squares = moments[i].deviation + c;
-                const double difference = double(b[sum]) / nb - a[sum] / na;
-                a[squares] = multiply_add(difference * difference, weight, a[squares] + double(b[squares]));
-            }
+        for_each_moment([&](int sum, int squares) {
+            const double difference = double(b[sum]) / nb - a[sum] / na;
+            a[squares] = multiply_add(difference * difference, weight, a[squares] + double(b[squares]));
+        });
         for_each_sum([&](int c) { a[c] += double(b[c]); });
     }
 };

@@ -18,7 +18,7 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 
 /// All lights of a scene, and how one of them is chosen: the environment, then those without a place, then
-/// the others, of which few are picked by power from a table and many by a tree that knows where they are. One
+/// the others, picked by a tree that knows where they are, or by power from a table where they are too few for it. One
 /// number picks, and what is left of it places the sample, so that well-spread numbers are well spread over all lights.
 /// Refers to the scene, which must stay as it is. Primitives are the triangles, then the spheres.
 template <class T>
