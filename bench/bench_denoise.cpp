@@ -187,6 +187,24 @@ struct Reference {
         return sum.value() / std::max(count, 1.0);
     }
 
+    struct Intervals {
+        double coverage = 0;   ///< share of values whose 95 % interval holds the truth
+        double half_width = 0; ///< mean, in units of the true root-mean-square error
+    };
+    /// The reference's own noise widens the intervals: without it they would be blamed for that.
+    Intervals intervals(const std::vector<float>& x, const std::vector<float>& error) const {
+        double covered = 0, width = 0, squares = 0;
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            const double a = halves[0].values()[i], b = halves[1].values()[i], half = 1.96 * double(error[i]);
+            const double noise = 1.96 * (a - b) / 2;
+            covered += std::abs(double(x[i]) - (a + b) / 2) <= std::sqrt(half * half + noise * noise);
+            width += half;
+            squares += (double(x[i]) - a) * (double(x[i]) - b);
+        }
+        const double n = double(x.size());
+        return {covered / n, width / n / std::sqrt(std::max(1e-12, squares / n))};
+    }
+
     double energy(const std::vector<float>& x) const {
         CompensatedSum<double> sum, truth;
         for (const float v : x) sum.add(double(v));
@@ -240,15 +258,22 @@ private:
     std::map<std::string, std::unique_ptr<Peer>> peers_;
 };
 
-/// An image of one method, and the CPU time that it took.
-Peer::Answer run(const std::string& method, const PixelData<float>& frame, std::optional<Oidn>& oidn) {
-    if (method == "raw") return {frame.radiance.values(), 0};
-    if (method == "oidn") return oidn->denoise(frame, "high");
-    if (method == "oidn_fast") return oidn->denoise(frame, "fast");
+/// An image of one method, the CPU time that it took, and what the method says of its error.
+struct Answer {
+    std::vector<float> rgb, error;
+    double seconds = 0;
+};
+
+Answer run(const std::string& method, const PixelData<float>& frame, std::optional<Oidn>& oidn) {
+    if (method == "raw") return {frame.radiance.values(), {}, 0};
+    if (method == "oidn" || method == "oidn_fast") {
+        Peer::Answer answer = oidn->denoise(frame, method == "oidn" ? "high" : "fast");
+        return {std::move(answer.rgb), {}, answer.seconds};
+    }
     ThreadExecutor one(1);
     const double start = cpu_seconds();
     Denoised<float> clean = denoise(frame, denoise_options(method), one);
-    return {std::move(clean.radiance.values()), cpu_seconds() - start};
+    return {std::move(clean.radiance.values()), std::move(clean.error.values()), cpu_seconds() - start};
 }
 
 struct Result {
@@ -273,7 +298,7 @@ void measure(const Options& o, const Subject& s, std::optional<Oidn>& oidn, Resu
         const PixelData<float> frame = renderer.input(spp);
         double peer = 0;
         for (const std::string& method : o.methods) { // oidn stands before what is compared with it
-            const Peer::Answer answer = run(method, frame, oidn);
+            const Answer answer = run(method, frame, oidn);
             require(answer.rgb.size() == frame.radiance.values().size(), "the peer's image has another size");
             picture(std::to_string(spp) + "_" + method, answer.rgb.data());
             const double error = reference.rel_mse(answer.rgb, mask.values());
@@ -284,6 +309,9 @@ void measure(const Options& o, const Subject& s, std::optional<Oidn>& oidn, Resu
             line.add("scene", s.name).add("method", method).add("spp", double(spp)).add("rel_mse", error);
             if (peer > 0) line.add("ratio_to_oidn", ratio);
             line.add("energy", reference.energy(answer.rgb)).add("seconds", answer.seconds);
+            if (answer.error.empty()) continue;
+            const Reference::Intervals intervals = reference.intervals(answer.rgb, answer.error);
+            line.add("coverage", intervals.coverage).add("half_width", intervals.half_width);
         }
     }
 }
@@ -369,8 +397,8 @@ int main(int argc, char** argv) try {
     }
 
     if (!o.json)
-        std::printf("%-26s %-26s %10s %10s %s%10s %10s\n", "scene", "method", "spp", "rel_mse",
-                    oidn ? "   to oidn " : "", "energy", "seconds");
+        std::printf("%-26s %-26s %10s %10s %s%10s %10s %10s %10s\n", "scene", "method", "spp", "rel_mse",
+                    oidn ? "   to oidn " : "", "energy", "seconds", "covered", "half width");
     fs::create_directories(o.cache);
     Results results;
     for (const std::string& scene : o.scenes) measure(o, subject(scene), oidn, results);

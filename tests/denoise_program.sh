@@ -25,7 +25,13 @@ expect 0 'usage: denoise' '--help'
 cmp a.exr b.exr || wrong 'threads change the image'
 cmp a.exr noisy.exr >said 2>&1 && wrong 'nothing was denoised'
 cmp off.exr noisy.exr || wrong 'kernel 0 changes the file'
-grep -q '"missing": \[\]' a.json || wrong 'planes are missing'
+grep -q '"missing": \["statistics"\]' a.json || wrong 'planes are missing'
+# A file that brings its statistics is denoised as the renderer does it.
+"$2" builtin:cornell --size 48x32 --spp 16 --denoise none --aov all,statistics --float --quiet --out statistics.exr
+"$2" builtin:cornell --size 48x32 --spp 16 --denoise best --aov none --float --quiet --out best.exr
+expect 0 'denoised 0.' 'statistics.exr --out same.exr --aov none --float --stats s.json'
+grep -q '"missing": \[\]' s.json || wrong 'statistics are missing'
+cmp best.exr same.exr || wrong 'the renderer and the program denoise differently'
 grep -q '"method": "best"' a.json || wrong 'the method is not best'
 expect 1 'nothing.exr' 'nothing.exr --out c.exr'
 expect 1 'no/such' 'noisy.exr --out no/such/c.exr'

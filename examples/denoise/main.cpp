@@ -3,6 +3,7 @@
 #include "../support/image_output.hpp"
 #include "../support/preview.hpp"
 #include "../support/stopwatch.hpp"
+#include <lambent/film/error_estimate.hpp>
 #include <lambent/io/exr_frame.hpp>
 #include <cstdio>
 #include <exception>
@@ -62,6 +63,7 @@ std::vector<std::string> missing_planes(const PixelData<float>& frame) {
     check("material", frame.material);
     check("emission", frame.emission);
     check("variance", frame.variance);
+    if (!has_light_statistics(frame.view())) missing.push_back("statistics"); // --aov statistics writes them
     return missing;
 }
 
@@ -109,7 +111,10 @@ int run(const Options& o) {
 
     const Stopwatch write_watch;
     ExrFrameOptions<float> exr;
-    if (o.image.denoises()) exr.denoised = denoised.radiance.view();
+    if (o.image.denoises()) {
+        exr.denoised = denoised.radiance.view();
+        exr.error = denoised.error.view();
+    }
     exr.precision = o.image.full_float ? ExrPrecision::full : ExrPrecision::compact;
     exr.layers = o.image.layers;
     if (exr.layers) exr.layers->push_back("noisy");
@@ -126,6 +131,9 @@ int run(const Options& o) {
     if (!o.quiet) {
         std::printf("image            %d x %d, %zu pixels mended, %zu clamped\n", frame.width, frame.height,
                     denoised.report.non_finite, denoised.report.spikes);
+        if (denoised.report.error)
+            std::printf("estimated error  %.4f, denoised %.4f\n", estimated_error(frame),
+                        estimated_error<float>(denoised.radiance.view(), denoised.error.view()));
         std::printf("seconds          read %.3f, denoise %.3f, write %.3f\n", times.read_s, times.denoise_s, times.write_s);
         std::printf("wrote            %s%s%s\n", o.out.c_str(), o.preview.empty() ? "" : ", ", o.preview.c_str());
     }

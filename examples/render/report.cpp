@@ -68,7 +68,9 @@ void print_report(const RunReport& r, const std::vector<std::string>& files) {
                 per_second(double(r.rays.closest + r.rays.shadow), r.render_s) * 1e-6, r.threads);
     if (r.rejected > 0)
         std::printf("rejected         %llu samples were not finite\n", static_cast<unsigned long long>(r.rejected));
-    if (r.image.estimated_error >= 0) std::printf("estimated error  %.4f\n", r.image.estimated_error);
+    if (r.image.denoised_error >= 0)
+        std::printf("estimated error  %.4f, denoised %.4f\n", r.image.estimated_error, r.image.denoised_error);
+    else if (r.image.estimated_error >= 0) std::printf("estimated error  %.4f\n", r.image.estimated_error);
     else std::printf("estimated error  unknown: it takes two samples a pixel\n");
     std::string names;
     for (const std::string& file : files) names.append(names.empty() ? "" : ", ").append(file);
@@ -105,6 +107,7 @@ void write_stats(const std::string& path, const RunReport& r) {
     count("rejected", r.rejected);
     number("peak_mib", peak_mib());
     std::fprintf(file.get(), "  \"facts\": %s,\n  \"skipped\": %s,\n", json_list(r.facts).c_str(), json_list(r.skipped).c_str());
+    if (r.image.denoised_error >= 0) number("denoised_error", r.image.denoised_error);
     if (r.image.estimated_error >= 0) std::fprintf(file.get(), "  \"estimated_error\": %.9g\n}\n", r.image.estimated_error);
     else std::fprintf(file.get(), "  \"estimated_error\": null\n}\n");
     const bool written = std::ferror(file.get()) == 0 && std::fclose(file.release()) == 0;

@@ -18,7 +18,8 @@ const std::vector<std::pair<std::string, FilmPlanes>> layer_planes = {
     {"emission", FilmPlanes::emission}, {"N", FilmPlanes::normal},
     {"P", FilmPlanes::position},        {"Z", FilmPlanes::depth},
     {"material", FilmPlanes::material}, {"samples", FilmPlanes::radiance},
-    {"variance", FilmPlanes::radiance}};
+    {"variance", FilmPlanes::radiance}, {"error", FilmPlanes::statistics},
+    {"statistics", FilmPlanes::statistics}};
 
 FilmPlanes planes_of_layers(const ImageSettings& settings) {
     if (!settings.layers) return FilmPlanes::features;
@@ -35,7 +36,10 @@ void set_layers(ImageSettings& settings, const std::string& text) {
     if (text == "none") return;
     std::vector<std::string> names;
     for (const auto& [name, plane] : layer_planes) names.push_back(name);
-    for (const std::string& name : split(text, ',')) settings.layers->push_back(names[to_choice(name, names)]);
+    for (const std::string& name : split(text, ',')) {
+        if (name != "all") settings.layers->push_back(names[to_choice(name, names)]);
+        else settings.layers->insert(settings.layers->end(), names.begin(), names.end() - 1); // without statistics
+    }
 }
 
 void set_method(ImageSettings& settings, const std::string& text) {
@@ -118,7 +122,7 @@ void add_image_options(CommandLine& line, ImageSettings& settings) {
     add("--sigma-material X|off", "likewise", [](S& s, Text t) { s.sigma_material = to_sigma(t); });
     add("--despike X|off", "clamp pixels X deviations above their neighbours (by the method)",
         [](S& s, Text t) { s.despike = to_sigma(t); });
-    add("--aov all|none|LIST", "planes beside the image, as albedo,N,Z (all)", [](S& s, Text t) { set_layers(s, t); });
+    add("--aov all|none|LIST", "planes beside the image, as albedo,N,Z; all,statistics for denoise (all)", [](S& s, Text t) { set_layers(s, t); });
     add("--float", "float32 throughout the EXR (half where it will do)", [](S& s, Text) { s.full_float = true; });
 }
 
@@ -157,16 +161,19 @@ ImageReport write_image(const FilmState<float>& state, const ImageSettings& sett
     const PixelData<float> frame = state.film.resolve(state.origin);
     report.estimated_error = estimated_error(frame);
 
-    Plane<float, 3> denoised;
+    Denoised<float> denoised;
     if (settings.denoises()) {
         const Stopwatch watch;
-        denoised.allocate(frame.width, frame.height);
-        report.spikes = denoise(frame.view(), denoised.view(), settings.denoise_options(), threads).spikes;
+        denoised = denoise(frame, settings.denoise_options(), threads);
+        report.spikes = denoised.report.spikes;
         report.denoise_s = watch.seconds();
     }
 
     ExrFrameOptions<float> exr;
-    exr.denoised = std::as_const(denoised).view();
+    exr.denoised = std::as_const(denoised).radiance.view();
+    exr.error = std::as_const(denoised).error.view();
+    if (!exr.error.absent() && report.estimated_error >= 0)
+        report.denoised_error = estimated_error<float>(exr.denoised, exr.error);
     exr.precision = settings.full_float ? ExrPrecision::full : ExrPrecision::compact;
     exr.layers = settings.layers;
     if (exr.layers) exr.layers->push_back("noisy");
@@ -176,7 +183,7 @@ ImageReport write_image(const FilmState<float>& state, const ImageSettings& sett
     exr.image_height = state.height;
     write_exr(files.exr, frame, exr);
     if (!files.preview.empty())
-        write_preview(files.preview, denoised.absent() ? frame.radiance.view() : exr.denoised, files.exposure);
+        write_preview(files.preview, exr.denoised.absent() ? frame.radiance.view() : exr.denoised, files.exposure);
     report.write_s = whole.seconds() - report.denoise_s;
     return report;
 }

@@ -45,6 +45,7 @@ struct ImageFiles {
 struct ImageReport {
     double denoise_s = 0, write_s = 0;
     double estimated_error = -1; ///< of the image before denoising, negative = unknown
+    double denoised_error = -1;  ///< of the image after it
     std::size_t spikes = 0;      ///< pixels that the denoiser clamped
 };
 

@@ -45,9 +45,12 @@
 #include <lambent/denoise/bilateral_lines.hpp>
 #include <lambent/denoise/bilateral_weights.hpp>
 #include <lambent/denoise/bilateral_window.hpp>
+#include <lambent/denoise/blend_with_input.hpp>
+#include <lambent/denoise/box_mean.hpp>
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/denoise/denoise_light.hpp>
+#include <lambent/denoise/denoised_error.hpp>
 #include <lambent/denoise/despike.hpp>
 #include <lambent/denoise/feature.hpp>
 #include <lambent/denoise/features.hpp>
@@ -56,6 +59,7 @@
 #include <lambent/denoise/light_regression.hpp>
 #include <lambent/denoise/pair_average.hpp>
 #include <lambent/denoise/restore_energy.hpp>
+#include <lambent/denoise/spread_factor.hpp>
 #include <lambent/film/dyadic.hpp>
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/film/film.hpp>

@@ -394,6 +394,24 @@ TEST_CASE("statistics: moments of the roots of light and of features against two
                 CHECK(frame.direct.load(x, y)[c] + frame.indirect.load(x, y)[c] + frame.emission.load(x, y)[c] ==
                       doctest::Approx(frame.radiance.load(x, y)[c]).epsilon(1e-5));
             }
+    // Halves of the largest block, of the first 32 samples.
+    CHECK(frame.half_variance.values() == merged.half_variance.values());
+    const auto between = [&](int x, int y, auto&& of) {
+        double sum = 0;
+        for (int c = 0; c < 3; ++c) {
+            double halves[2] = {0, 0};
+            for (std::uint64_t i = 0; i < 32; ++i) halves[i / 16] += of(some_sample(x, y, i), c) / 16;
+            sum += std::pow(halves[0] - halves[1], 2) / 4;
+        }
+        return sum * 32 / double(count);
+    };
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const Vec3d found(frame.half_variance.load(x, y));
+            CHECK(found.x == doctest::Approx(between(x, y, [](const S& s, int c) { return double(s.radiance[c]); })).epsilon(1e-3));
+            CHECK(found.y == doctest::Approx(between(x, y, [](const S& s, int c) { return std::sqrt(double(s.direct[c])); })).epsilon(1e-3));
+            CHECK(found.z == doctest::Approx(between(x, y, [](const S& s, int c) { return std::sqrt(double(s.indirect[c])); })).epsilon(1e-3));
+        }
     CHECK(film_of(0, 4, some_sample).resolve().root_direct.view().absent());
     CHECK(film_of(0, 4, some_sample).channels() == 20);
 }

@@ -1,5 +1,7 @@
 #include <lambent/io/environment.hpp>
 #include <lambent/io/exr.hpp>
+#include <lambent/denoise/denoise_light.hpp>
+#include <lambent/film/film.hpp>
 #include <lambent/io/exr_frame.hpp>
 #include <support/skip.hpp>
 #include <support/temporary_folder.hpp>
@@ -189,6 +191,39 @@ TEST_CASE("EXR: compact types, denoised frames, chosen layers") {
     CHECK_THROWS_AS(to_exr(frame), Error);
     Plane<float, 3> wrong(4, 3);
     CHECK_THROWS_AS(to_exr(small_frame(), {.denoised = wrong.view()}), Error);
+}
+
+TEST_CASE("EXR: statistics and the error of denoising are written when asked for, and read back to the bit") {
+    FilmPass<float> pass(4, 3, FilmPlanes::statistics, 0, 8);
+    for (int y = 0; y < 3; ++y)
+        for (int x = 0; x < 4; ++x) {
+            FilmPass<float>::Pixel pixel(pass, x, y);
+            for (int i = 0; i < 8; ++i) {
+                const float v = 0.1f * float(1 + x + 4 * y) + 0.01f * float((i * 5) % 8);
+                pixel.add({.radiance = Vec3f(3 * v, v, v), .direct = Vec3f(2 * v, v, 0), .indirect = Vec3f(v, 0, v),
+                           .albedo = Vec3f(v / 4), .normal = Vec3f(0, v / 2, 0), .depth = v, .hit = true});
+            }
+        }
+    const PixelData<float> frame = pass.finish().resolve();
+    const Plane<float, 3> error(4, 3, 0.125f);
+    CHECK(to_exr(frame).find("direct.R") == nullptr);
+    const ExrImage image = to_exr(frame, {.error = error.view(), .layers = std::vector<std::string>{
+        "albedo", "N", "Z", "samples", "variance", "error", "statistics"}});
+    CHECK(image.find("error.B")->values[11] == 0.125f);
+    CHECK(image.find("direct.R")->type == ExrType::float32);
+    const PixelData<float> back = frame_from_exr(image);
+    CHECK(has_light_statistics(back.view()));
+    const auto same = [](const auto& a, const auto& b) { return !a.absent() && a.values() == b.values(); };
+    CHECK(same(back.direct, frame.direct));
+    CHECK(same(back.indirect, frame.indirect));
+    CHECK(same(back.root_direct, frame.root_direct));
+    CHECK(same(back.root_direct_variance, frame.root_direct_variance));
+    CHECK(same(back.root_indirect, frame.root_indirect));
+    CHECK(same(back.root_indirect_variance, frame.root_indirect_variance));
+    CHECK(same(back.half_variance, frame.half_variance));
+    CHECK(same(back.albedo_variance, frame.albedo_variance));
+    CHECK(same(back.normal_variance, frame.normal_variance));
+    CHECK(same(back.depth_variance, frame.depth_variance));
 }
 
 TEST_CASE("EXR: the camera matrices take the target to the image's middle") {

@@ -68,6 +68,7 @@ inline DenoiseOptions denoise_options(std::string_view method) {
 struct DenoiseReport {
     std::size_t non_finite = 0; ///< pixels that came with a NaN or an infinity
     bool regression = false;    ///< the frame's statistics were there and used: denoise_light()
+    bool error = false;         ///< denoised_error() is known
     std::size_t spikes = 0;     ///< pixels that a clamp or the firefly rule made darker
 };
 
@@ -128,7 +129,8 @@ struct LightGuide {
 
 /// Denoises a frame into `out`, as radiance with the emission in it: despike → cross-bilateral filter of the
 /// illumination → remodulate. Emission that is seen directly is not filtered. Only radiance has to be there; each
-/// further plane keeps edges sharp. `out` may be the very view of the frame's radiance.
+/// further plane keeps edges sharp. `out` may be the very view of the frame's radiance. `error`, where there is one, gets
+/// denoised_error() where the frame's statistics are used, and else stays as it is: the report says so.
 /// nan     a pixel that is not finite takes its neighbours' value and gives nothing; what lies further away than
 ///         the kernel is wide is the same to the bit
 /// threads the same bits for any executor
@@ -136,12 +138,13 @@ struct LightGuide {
 /// cost    three filters of `form`, two of them half as wide and at most 17 taps; absolute units: one filter
 template <std::floating_point T, Executor E>
 DenoiseReport denoise(const FrameView<T>& frame, const std::type_identity_t<PixelView<T, 3>>& out,
-                      const DenoiseOptions& options, E& executor) {
+                      const DenoiseOptions& options, E& executor,
+                      const std::type_identity_t<PixelView<T, 3>>& error = {}) {
     require(!frame.radiance.absent(), "denoise: the frame has no radiance plane");
     detail::require_planes("denoise", frame, out);
     if (options.regression > 0 && has_light_statistics(frame)) {
-        const LightDenoiseReport light = denoise_light(frame, out, {.stride = options.regression}, executor);
-        return {.non_finite = light.non_finite, .regression = true, .spikes = light.spikes};
+        const LightDenoiseReport light = denoise_light(frame, out, {.stride = options.regression}, executor, error);
+        return {.non_finite = light.non_finite, .regression = true, .error = !error.absent(), .spikes = light.spikes};
     }
     const bool relative = options.units == SigmaUnits::relative;
     CrossBilateralOptions filter{.kernel = options.kernel, .sigma_spatial = options.sigma_spatial,
@@ -186,14 +189,16 @@ DenoiseReport denoise(const FrameView<T>& frame, const std::type_identity_t<Pixe
 template <class T>
 struct Denoised {
     Plane<T, 3> radiance;
+    Plane<T, 3> error; ///< denoised_error(); absent where the frame has no statistics of its samples
     DenoiseReport report;
 };
 
 /// Denoises a frame with planes of its own.
 template <std::floating_point T, Executor E>
 Denoised<T> denoise(const PixelData<T>& frame, const DenoiseOptions& options, E& executor) {
-    Denoised<T> out{Plane<T, 3>(frame.width, frame.height), {}};
-    out.report = denoise(frame.view(), out.radiance.view(), options, executor);
+    Denoised<T> out{Plane<T, 3>(frame.width, frame.height), Plane<T, 3>(frame.width, frame.height), {}};
+    out.report = denoise(frame.view(), out.radiance.view(), options, executor, out.error.view());
+    if (!out.report.error) out.error = {};
     return out;
 }
 

@@ -1,8 +1,11 @@
 #pragma once
+#include <lambent/denoise/blend_with_input.hpp>
+#include <lambent/denoise/denoised_error.hpp>
 #include <lambent/denoise/despike.hpp>
 #include <lambent/denoise/light_regression.hpp>
 #include <lambent/denoise/pair_average.hpp>
 #include <lambent/denoise/restore_energy.hpp>
+#include <lambent/denoise/spread_factor.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <algorithm>
 #include <array>
@@ -116,24 +119,143 @@ void spatial_variance(const PixelView<const T, 3>& plane, const PixelView<T, 1>&
         }
 }
 
+/// The features that models are fitted to, cleaned of their own noise.
+template <class T>
+struct LightGuides {
+    struct Guide {
+        int channel, size;
+        PairAveraged<T> plane;
+    };
+    std::vector<Guide> guides;
+
+    template <class E>
+    LightGuides(const FrameView<T>& frame, int radius, E& executor) {
+        const int width = frame.radiance.width(), height = frame.radiance.height();
+        const auto add = [&](int channel, int size, const auto& mean, const auto& variance, double factor) {
+            if (mean.absent()) return;
+            Plane<T, 3> noise(width, height);
+            if (!variance.absent()) noise = as_guide(variance, factor * factor);
+            const Plane<T, 3> guide = as_guide(mean, factor);
+            guides.push_back({channel, size,
+                              pair_average<T>(guide.view(), std::as_const(noise).view(), radius, 0.25, executor)});
+        };
+        add(0, 3, frame.albedo, frame.albedo_variance, 1);
+        add(3, 3, frame.normal, frame.normal_variance, 1);
+        add(6, 1, frame.depth, frame.depth_variance, 1 / mean_depth(frame));
+    }
+
+    void set(LightRegression<T>& fit) const {
+        for (const Guide& g : guides)
+            for (int c = 0; c < g.size; ++c)
+                fit.set_guide(g.channel + c, [&](int x, int y) { return g.plane.mean.load(x, y)[c]; },
+                              [&](int x, int y) { return g.plane.variance.load(x, y)[c]; });
+    }
+
+private:
+    static double mean_depth(const FrameView<T>& frame) {
+        double sum = 0, count = 0;
+        if (!frame.depth.absent())
+            for (int y = 0; y < frame.depth.height(); ++y)
+                for (int x = 0; x < frame.depth.width(); ++x) {
+                    const double d = double(frame.depth.load(x, y));
+                    if (!(d > 0) || !is_finite(d)) continue;
+                    sum += d;
+                    ++count;
+                }
+        return count > 0 ? sum / count : 1;
+    }
+};
+
+/// Direct or indirect light of a frame: what is fitted, and what is known of it.
+template <class T>
+struct LightPart {
+    bool direct;
+    PixelView<const T, 3> light, root, root_variance;
+
+    LightPart(const FrameView<T>& frame, bool is_direct)
+        : direct(is_direct), light(is_direct ? frame.direct : frame.indirect),
+          root(is_direct ? frame.root_direct : frame.root_indirect),
+          root_variance(is_direct ? frame.root_direct_variance : frame.root_indirect_variance) {}
+
+    /// The variance of the light, but for a factor, from that of its root: d(r²) = 2 r dr.
+    T noise(int x, int y) const {
+        const Vec3<T> l = light.load(x, y), v = root_variance.load(x, y);
+        const T product = (l.x + l.y + l.z) * (v.x + v.y + v.z);
+        return is_finite(product) ? product : T(0);
+    }
+};
+
+/// By how much tests of patches of radius 1 and 3 may fail.
+inline std::array<double, 2> test_softness(bool direct, double samples) {
+    using By = BySamples;
+    if (direct) return {By{{.12, .12, .35, .35}}(samples), By{{.12, .12, .35, .35}}(samples)};
+    return {By{{.25, .25, .5, .5}}(samples), By{{.12, .12, .5, .5}}(samples)};
+}
+
+/// Cleans `light`, a part's without what is not finite, in place. `own`: as LightRegression::run() gives it.
+/// Returns the number of pixels that were clamped.
+template <class T, class E>
+std::size_t clean_part(const FrameView<T>& frame, const LightPart<T>& part, const LightGuides<T>& guides, double samples,
+                       LightRegressionOptions options, Plane<T, 3>& light, Plane<T, 1>& own, E& executor) {
+    const int width = light.width(), height = light.height();
+    const auto deviation = [&](int x, int y) {
+        const Vec3<T> v = frame.variance.load(x, y);
+        const double s = std::sqrt(double(v.x)) + std::sqrt(double(v.y)) + std::sqrt(double(v.z));
+        return is_finite(s) ? s : 0.0;
+    };
+    const Plane<T, 1> factors = outlier_factors<T>(light.view(), part.direct || samples < 16 ? 2 : 1, deviation);
+    // Sobol's points err less than their sample variance says, the more so the more there are. Without halves that would
+    // tell: by how much on the scenes that parameters were chosen with. Halves of few samples tell too little.
+    const bool halves = samples >= 8 && !frame.half_variance.absent();
+    const Plane<T, 1> spread = spread_factor<T>(part.root_variance, halves ? frame.half_variance : PixelView<const T, 3>(),
+                                                part.direct ? 1 : 2, executor);
+    const T scale = T(halves ? 1.5 : BySamples{{1, 1, 0.7, 0.6}}(samples));
+    Plane<T, 3> root(width, height);
+    Plane<T, 1> variance(width, height);
+    std::size_t clamped = 0;
+    double noise = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const T factor = factors.load(x, y);
+            clamped += factor < 1;
+            light.view().store(x, y, light.load(x, y) * factor);
+            const Vec3<T> r = part.root.load(x, y), v = part.root_variance.load(x, y);
+            root.view().store(x, y, is_finite(r) ? r * std::sqrt(factor) : sqrt(max(light.load(x, y), Vec3<T>(0))));
+            const T sum = std::min(T(1), scale * spread.load(x, y)) * (v.x + v.y + v.z) * factor;
+            variance.view().store(x, y, is_finite(sum) ? sum : T(0));
+        }
+    if (samples < 2) spatial_variance<T>(root.view(), variance.view());
+    for (const T v : variance.values()) noise += double(v);
+    if (!(noise > 0)) return clamped;
+    for (T& v : variance.values()) v += T(1e-4 * noise / double(variance.values().size()));
+    options.test_softness = test_softness(part.direct, samples);
+    LightRegression<T> fit(width, height, options);
+    guides.set(fit);
+    fit.run(light.view(), root.view(), variance.view(), light.view(), executor, own.view());
+    return clamped;
+}
+
 } // namespace detail
 
 /// Denoises a frame that has statistics of its samples, into `out`, emission included: direct and indirect light apart,
-/// each clamped where it outshines its neighbours by accident, fitted by LightRegression, and given back what clamping
-/// took; lights seen directly stay as they are. `out` may be the frame's radiance. Consistent: with the samples' noise
-/// the error goes to 0, unlike that of filters whose windows are fixed.
-/// samples the number of the first pixel's chooses the parameters
+/// each clamped where it outshines its neighbours by accident and fitted by LightRegression; lights seen directly stay as
+/// they are. Where the sum differs from the input by more than noise, the input is blended in; what clamping and blending
+/// took is given back. `out` may be the frame's radiance. Consistent: with the samples' noise the error goes to 0, unlike that of
+/// filters whose windows are fixed. `error`, where there is one, gets denoised_error().
+/// samples their mean number in a pixel chooses the parameters
 /// nan     light that is not finite is repaired from its neighbours, features and variances that are not count as 0
 /// threads the same bits for any executor
 /// throws  lambent::Error when planes are absent or of unequal size, before anything is written
 /// cost    2 · (2 · radius + 1)² / stride² taps of about 110 operations a pixel; some 280 bytes a pixel, by count
 template <std::floating_point T, Executor E>
 LightDenoiseReport denoise_light(const FrameView<T>& frame, const std::type_identity_t<PixelView<T, 3>>& out,
-                   const LightDenoiseOptions& options, E& executor) {
+                                 const LightDenoiseOptions& options, E& executor,
+                                 const std::type_identity_t<PixelView<T, 3>>& error = {}) {
     require(has_light_statistics(frame), "denoise_light: the frame has no statistics of its samples");
     require(options.radius >= 1 && options.radius <= 8 && (options.stride == 1 || options.stride == 2),
             "denoise_light: radius must be 1 to 8, stride 1 or 2");
     require_same_size("denoise_light: radiance and output", frame.radiance, out);
+    if (!error.absent()) require_same_size("denoise_light: radiance and error", frame.radiance, error);
     const auto same_size = [&](const auto&... planes) {
         const auto check = [&](const auto& plane) {
             if (!plane.absent()) require_same_size("denoise_light: radiance and another plane", frame.radiance, plane);
@@ -142,107 +264,58 @@ LightDenoiseReport denoise_light(const FrameView<T>& frame, const std::type_iden
     };
     same_size(frame.samples, frame.variance, frame.direct, frame.root_direct, frame.root_direct_variance, frame.indirect,
               frame.root_indirect, frame.root_indirect_variance, frame.albedo, frame.albedo_variance, frame.normal,
-              frame.normal_variance, frame.depth, frame.depth_variance);
+              frame.normal_variance, frame.depth, frame.depth_variance, frame.half_variance);
     const int width = out.width(), height = out.height();
-    const double samples = double(frame.samples.load(0, 0));
-
-    // Sobol's points err less than their sample variance says, the more so the more there are.
-    const double variance_scale = detail::BySamples{{1, 1, 0.7, 0.6}}(samples);
+    const auto each = [&](auto&& f) {
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) f(x, y);
+    };
+    LightDenoiseReport report;
+    double samples = 0;
+    each([&](int x, int y) {
+        samples += double(frame.samples.load(x, y)) / (double(width) * double(height));
+        report.non_finite += !is_finite(frame.radiance.load(x, y)) || !is_finite(frame.direct.load(x, y)) ||
+                             !is_finite(frame.indirect.load(x, y));
+    });
     LightRegressionOptions regression{.radius = options.radius, .stride = options.stride,
                                       .feature_sigma = options.feature_sigma, .feature_floor = 3e-4,
                                       .own_vote = options.stride > 1 ? 0.1 : 1e-9};
     regression.ridge = samples < 2 ? 0.1 : samples < 16 ? 1e-3 : 1e-4;
 
-    double depth_sum = 0, depth_count = 0;
-    if (!frame.depth.absent())
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x) {
-                const double d = double(frame.depth.load(x, y));
-                if (!(d > 0) || !is_finite(d)) continue;
-                depth_sum += d;
-                ++depth_count;
-            }
-    const double per_depth = depth_count > 0 ? depth_count / depth_sum : 1;
-    struct Guide {
-        int channel, size;
-        PairAveraged<T> plane;
-    };
-    std::vector<Guide> guides;
-    const auto add_guide = [&](int channel, int size, const auto& mean, const auto& variance, double factor) {
-        if (mean.absent()) return;
-        Plane<T, 3> noise(width, height);
-        if (!variance.absent()) noise = detail::as_guide(variance, factor * factor);
-        const Plane<T, 3> guide = detail::as_guide(mean, factor);
-        guides.push_back({channel, size,
-                          pair_average<T>(guide.view(), std::as_const(noise).view(), options.feature_radius, 0.25, executor)});
-    };
-    add_guide(0, 3, frame.albedo, frame.albedo_variance, 1);
-    add_guide(3, 3, frame.normal, frame.normal_variance, 1);
-    add_guide(6, 1, frame.depth, frame.depth_variance, per_depth);
-
-    LightDenoiseReport report;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            report.non_finite += !is_finite(frame.radiance.load(x, y)) || !is_finite(frame.direct.load(x, y)) ||
-                                 !is_finite(frame.indirect.load(x, y));
-    Plane<T, 3> result(width, height), reflected(width, height), seen(width, height);
-    using By = detail::BySamples;
-    for (int part = 0; part < 2; ++part) {
-        const bool direct = part == 0;
-        const PixelView<const T, 3> given = direct ? frame.direct : frame.indirect;
-        const PixelView<const T, 3> given_root = direct ? frame.root_direct : frame.root_indirect;
-        const PixelView<const T, 3> given_variance = direct ? frame.root_direct_variance : frame.root_indirect_variance;
-        Plane<T, 3> light(width, height), root(width, height);
-        Plane<T, 1> variance(width, height);
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x) light.view().store(x, y, given.load(x, y));
+    const detail::LightGuides<T> guides(frame, options.feature_radius, executor);
+    Plane<T, 3> result(width, height), given(width, height); // given: the input, finite
+    Plane<T, 1> own(width, height), noise(width, height);
+    for (const bool direct : {true, false}) {
+        const detail::LightPart<T> part(frame, direct);
+        Plane<T, 3> light(width, height);
+        each([&](int x, int y) { light.view().store(x, y, part.light.load(x, y)); });
         repair_non_finite(light.view());
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x)
-                reflected.view().store(x, y, reflected.load(x, y) + light.load(x, y));
-        const auto deviation = [&](int x, int y) {
-            const Vec3<T> v = frame.variance.load(x, y);
-            const double s = std::sqrt(double(v.x)) + std::sqrt(double(v.y)) + std::sqrt(double(v.z));
-            return is_finite(s) ? s : 0.0;
-        };
-        const Plane<T, 1> factors =
-            detail::outlier_factors<T>(light.view(), direct || samples < 16 ? 2 : 1, deviation);
-        double noise = 0;
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x) {
-                const T factor = factors.load(x, y);
-                report.spikes += factor < 1;
-                light.view().store(x, y, light.load(x, y) * factor);
-                const Vec3<T> r = given_root.load(x, y), v = given_variance.load(x, y);
-                root.view().store(x, y, is_finite(r) ? r * std::sqrt(factor) : sqrt(max(light.load(x, y), Vec3<T>(0))));
-                const T sum = T(variance_scale) * (v.x + v.y + v.z) * factor;
-                variance.view().store(x, y, is_finite(sum) ? sum : T(0));
-            }
-        if (samples < 2) detail::spatial_variance<T>(root.view(), variance.view());
-        for (const T v : variance.values()) noise += double(v);
-        if (noise > 0) {
-            for (T& v : variance.values()) v += T(1e-4 * noise / double(variance.values().size()));
-            regression.test_softness = {(direct ? By{{.12, .12, .35, .35}} : By{{.25, .25, .5, .5}})(samples),
-                                        (direct ? By{{.12, .12, .35, .35}} : By{{.12, .12, .5, .5}})(samples)};
-            LightRegression<T> fit(width, height, regression);
-            for (const Guide& g : guides)
-                for (int c = 0; c < g.size; ++c)
-                    fit.set_guide(g.channel + c, [&](int x, int y) { return g.plane.mean.load(x, y)[c]; },
-                                  [&](int x, int y) { return g.plane.variance.load(x, y)[c]; });
-            fit.run(light.view(), root.view(), variance.view(), light.view(), executor);
-        }
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x) result.view().store(x, y, result.load(x, y) + light.load(x, y));
+        each([&](int x, int y) { given.view().store(x, y, given.load(x, y) + light.load(x, y)); });
+        Plane<T, 1> share(width, height, T(1));
+        report.spikes += detail::clean_part(frame, part, guides, samples, regression, light, share, executor);
+        each([&](int x, int y) {
+            result.view().store(x, y, result.load(x, y) + light.load(x, y));
+            own.view().store(x, y, own.load(x, y) + share.load(x, y) * part.noise(x, y));
+            noise.view().store(x, y, noise.load(x, y) + part.noise(x, y));
+        });
     }
-    restore_energy<T>(result.view(), reflected.view());
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const Vec3<T> directly = frame.radiance.load(x, y) - frame.direct.load(x, y) - frame.indirect.load(x, y);
-            seen.view().store(x, y, max(directly, Vec3<T>(0)));
-        }
+
+    Plane<T, 3> seen(width, height); // lights, directly
+    each([&](int x, int y) {
+        const Vec3<T> directly = frame.radiance.load(x, y) - frame.direct.load(x, y) - frame.indirect.load(x, y);
+        seen.view().store(x, y, max(directly, Vec3<T>(0)));
+    });
     repair_non_finite(seen.view());
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) out.store(x, y, result.load(x, y) + seen.load(x, y));
+    each([&](int x, int y) {
+        result.view().store(x, y, result.load(x, y) + seen.load(x, y));
+        given.view().store(x, y, given.load(x, y) + seen.load(x, y));
+        own.view().store(x, y, noise.load(x, y) > 0 ? std::min(T(1), own.load(x, y) / noise.load(x, y)) : T(0));
+    });
+    blend_with_input<T>(result.view(), frame.radiance, frame.variance, samples, executor);
+    restore_energy<T>(result.view(), given.view());
+    if (!error.absent())
+        denoised_error<T>(result.view(), frame.radiance, frame.variance, frame.half_variance, own.view(), error, executor);
+    each([&](int x, int y) { out.store(x, y, result.load(x, y)); });
     return report;
 }
 

@@ -108,11 +108,13 @@ public:
     }
 
     /// `color`: what is fitted; `root`, `root_variance`: what is tested, variance above 0. All of the image's size and
-    /// finite. `out` may be `color`.
+    /// finite. `out` may be `color`. `own`, where there is one, gets a pixel's weight in its window's sum of weights: what
+    /// part of the pixel's noise is left, about.
     /// threads the same bits for any executor
     template <Executor E>
     void run(const PixelView<const T, 3>& color, const PixelView<const T, 3>& root,
-             const PixelView<const T, 1>& root_variance, const PixelView<T, 3>& out, E& executor) const {
+             const PixelView<const T, 1>& root_variance, const PixelView<T, 3>& out, E& executor,
+             const PixelView<T, 1>& own = {}) const {
         Phased colors(w_, h_, 3, o_.stride), roots(w_, h_, 4, 1);
         for (int c = 0; c < 3; ++c) {
             colors.fill(c, w_, h_, [&](int x, int y) { return color.load(x, y)[c]; });
@@ -125,7 +127,7 @@ public:
             Work work(o_);
             for (std::size_t i = begin; i < end; ++i) {
                 said[i].assign(std::size_t(4 * reach_w() * reach_h()), T(0));
-                fit_tile(colors, roots, int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, work, said[i].data());
+                fit_tile(colors, roots, int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, work, said[i].data(), own);
             }
         });
         executor.parallel_for(std::size_t(h_), 16, [&](std::size_t begin, std::size_t end) {
@@ -141,8 +143,8 @@ public:
                             const T* tile = said[std::size_t(ty * tiles_x + tx)].data();
                             for (int c = 0; c < 4; ++c) sum[c] += tile[said_index(c, u, v)];
                         }
-                    const T own = T(o_.own_vote);
-                    const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + own * color.load(x, y)) / (sum[3] + own);
+                    const T vote = T(o_.own_vote);
+                    const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + vote * color.load(x, y)) / (sum[3] + vote);
                     out.store(x, y, max(value, Vec3<T>(0)));
                 }
         });
@@ -190,7 +192,8 @@ private:
         std::vector<std::size_t> offsets, said_offsets; ///< of the taps of one row of centers
     };
 
-    void fit_tile(const Phased& colors, const Phased& roots, int x0, int y0, Work& work, T* said) const {
+    void fit_tile(const Phased& colors, const Phased& roots, int x0, int y0, Work& work, T* said,
+                  const PixelView<T, 1>& own) const {
         const int side = 2 * o_.radius + 1;
         for (int t = 0; t < side * side; ++t)
             weigh(roots, x0, y0, t % side - o_.radius, t / side - o_.radius, work,
@@ -202,7 +205,7 @@ private:
                 work.said_offsets[std::size_t(t)] = said_index(0, dx + o_.radius, j * o_.stride + dy + o_.radius);
             }
             for (int i = 0; i < work.centers_w && x0 + i * o_.stride < w_; i += width)
-                fit(colors, x0, y0, i, j, work, said);
+                fit(colors, x0, y0, i, j, work, said, own);
         }
     }
 
@@ -258,7 +261,8 @@ private:
     int clamp_y(int y) const { return std::min(y, h_ + Phased::rim - 1); }
 
     /// Fits the models of eight centers side by side, and lets each speak about its window.
-    void fit(const Phased& colors, int x0, int y0, int i, int j, const Work& work, T* said) const {
+    void fit(const Phased& colors, int x0, int y0, int i, int j, const Work& work, T* said,
+             const PixelView<T, 1>& own) const {
         const int side = 2 * o_.radius + 1, y = y0 + j * o_.stride;
         P here[features];
         for (int c = 0; c < features; ++c) here[c] = P::load(guides_.channel(c) + guides_.at(x0, y) + i);
@@ -293,6 +297,14 @@ private:
                 for (int c = 0; c < 3; ++c)
                     for (int k = 0; k < block; ++k) b[3 * r + c] = multiply_add(weighted[r][k], value[c][k], b[3 * r + c]);
             }
+        }
+        if (!own.absent()) {
+            T share[width];
+            (P(T(2)) / max(a[0], P(T(2)))).store(share); // a pixel's weight with itself is 1 by each of two tests
+            for (int k = 0; k < width; ++k)
+                for (int v = y; v < std::min(h_, y + o_.stride); ++v)
+                    for (int u = 0; u < o_.stride && x0 + (i + k) * o_.stride + u < w_; ++u)
+                        own.store(x0 + (i + k) * o_.stride + u, v, share[k]);
         }
         solve(a, b);
         for (int t = 0; t < side * side; ++t) {

@@ -23,7 +23,7 @@ inline namespace LAMBENT_ABI {
 /// rounding error grows with log2 of their number and the sums depend on *which* samples are in, not on how
 /// they were split between threads, passes, runs or machines: any split merges to the same bits.
 /// The samples of one film need not be contiguous; no sample is in twice.
-/// memory  width · height · (7 to 45 by the planes) · sizeof(T) for each block: one where their number is a power
+/// memory  width · height · (7 to 48 by the planes) · sizeof(T) for each block: one where their number is a power
 ///         of two, at most log2 of it for samples from 0 on
 template <class T>
 class Film {
@@ -261,6 +261,7 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
     }
     if (layout.direct >= 0) frame.direct.allocate(width_, height_);
     if (layout.indirect >= 0) frame.indirect.allocate(width_, height_);
+    if (layout.halves >= 0) frame.half_variance.allocate(width_, height_);
     const int depth_deviation = layout.deviation_of(layout.depth);
     if (depth_deviation >= 0) frame.depth_variance.allocate(width_, height_);
     if (blocks_.empty()) return frame;
@@ -303,6 +304,7 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
                 if (part.mean != nullptr) part.mean->view().store(x, y, mean3(part.sum, n));
                 if (n > 1) part.variance->view().store(x, y, mean3(layout.deviation_of(part.sum), n * (n - 1)));
             }
+            if (layout.halves >= 0) frame.half_variance.view().store(x, y, mean3(layout.halves, n));
             if (depth_deviation >= 0 && n > 1)
                 frame.depth_variance.view().store(x, y, stored(sums[std::size_t(depth_deviation)] / (n * (n - 1))));
             if (!(hits > 0)) continue;

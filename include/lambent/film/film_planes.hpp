@@ -22,7 +22,7 @@ enum class FilmPlanes : std::uint16_t {
     material = 32,
     illumination = 64 | emission | albedo,
     features = 127,                               ///< all of the above
-    light_moments = 128,                          ///< direct and indirect light; moments of their roots
+    light_moments = 128,                          ///< direct and indirect light; moments of their roots; halves
     feature_moments = 256 | albedo | normal | depth, ///< their variances
     statistics = features | light_moments | feature_moments ///< what denoisers can use: all planes
 };
@@ -64,9 +64,10 @@ inline T multiply_add(T a, T b, T c) {
 /// Where a pixel's sums stand: radiance, its squared deviations from the mean, the number of hits, then the
 /// planes asked for; -1 = not there. Merging is written so that no two compilations of it round differently.
 struct FilmLayout {
-    static constexpr int radiance = 0, deviation = 3, alpha = 6, most_channels = 45;
+    static constexpr int radiance = 0, deviation = 3, alpha = 6, most_channels = 48;
     int emission = -1, albedo = -1, normal = -1, position = -1, depth = -1;
     int direct = -1, indirect = -1, root_direct = -1, root_indirect = -1;
+    int halves = -1; ///< by how much the deviations of radiance, root_direct, root_indirect grew with the last merge
     int channels = alpha + 1;
 
     int sums_end = 0; ///< channels from alpha to here are sums, those behind are deviations
@@ -107,6 +108,7 @@ struct FilmLayout {
             place_deviation(normal, 3);
             place_deviation(depth, 1);
         }
+        place(FilmPlanes::light_moments, halves, 3);
     }
 
     /// Where the deviations of these sums stand.
@@ -158,9 +160,18 @@ struct FilmLayout {
     template <class T>
     void merge_halves(T* a, const T* b, double n) const {
         const T scale = T(0.5 / n);
+        const auto apart = [&](int sum) { return b[sum] - a[sum]; };
+        if (halves >= 0) {
+            const auto grown = [&](int sum) {
+                const T x = apart(sum), y = apart(sum + 1), z = apart(sum + 2);
+                return multiply_add(z, z, multiply_add(y, y, x * x)) * scale;
+            };
+            a[halves] = grown(radiance);
+            a[halves + 1] = grown(root_direct);
+            a[halves + 2] = grown(root_indirect);
+        }
         for_each_moment([&](int sum, int squares) {
-            const T difference = b[sum] - a[sum];
-            a[squares] = multiply_add(difference * difference, scale, a[squares] + b[squares]);
+            a[squares] = multiply_add(apart(sum) * apart(sum), scale, a[squares] + b[squares]);
         });
         for_each_sum([&](int c) { a[c] += b[c]; });
     }

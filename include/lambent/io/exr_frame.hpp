@@ -24,10 +24,12 @@ enum class ExrPrecision : std::uint8_t {
 template <class T>
 struct ExrFrameOptions {
     PixelView<const T, 3> denoised{}; ///< becomes R G B, the radiance noisy.*; absent: R G B
+    PixelView<const T, 3> error{};    ///< denoised_error() of it
     ExrPrecision precision = ExrPrecision::compact;
     std::optional<std::vector<std::string>> layers{}; ///< which of "noisy", "albedo", "illumination",
                                                       ///< "emission", "N", "P", "Z", "material", "samples",
-                                                      ///< "variance" to write; unset: all that the frame has
+                                                      ///< "variance", "error", "statistics" to write; unset: all
+                                                      ///< that the frame has but statistics
     std::map<std::string, ExrValue> attributes{}; ///< spp, seed, version … and camera_attributes()
     PixelWindow window{};                         ///< where the frame lies in the whole image; empty = it is all
     int image_width = 0, image_height = 0;        ///< of the whole image, where there is a window
@@ -57,8 +59,26 @@ inline std::map<std::string, ExrValue> camera_attributes(const Camera& camera, i
     return {{"worldToCamera", to_camera}, {"worldToNDC", project * to_camera}};
 }
 
+namespace detail {
+/// Calls f(layer, suffixes, plane) with all that denoise_light() asks for besides the other layers.
+template <class Frame, class F>
+void for_each_statistic(Frame& frame, F&& f) {
+    f("direct", "RGB", frame.direct);
+    f("indirect", "RGB", frame.indirect);
+    f("root_direct", "RGB", frame.root_direct);
+    f("root_direct_variance", "RGB", frame.root_direct_variance);
+    f("root_indirect", "RGB", frame.root_indirect);
+    f("root_indirect_variance", "RGB", frame.root_indirect_variance);
+    f("half_variance", "RGB", frame.half_variance);
+    f("albedo_variance", "RGB", frame.albedo_variance);
+    f("N_variance", "XYZ", frame.normal_variance);
+    f("Z_variance", "Y", frame.depth_variance);
+}
+} // namespace detail
+
 /// The frame's planes under their names: R G B A, noisy.*, albedo.*, illumination.*, emission.*,
-/// N.X/Y/Z, P.X/Y/Z, Z (along the ray), material.Y, samples.Y, variance.*; absent planes are left out.
+/// N.X/Y/Z, P.X/Y/Z, Z (along the ray), material.Y, samples.Y, variance.*, error.*, and those of statistics: direct.*,
+/// indirect.*, root_direct.* and so on; absent planes are left out.
 /// throws lambent::Error when there is no radiance or sizes differ
 template <class T>
 ExrImage to_exr(const PixelData<T>& frame, const ExrFrameOptions<T>& options = {}) {
@@ -108,6 +128,11 @@ ExrImage to_exr(const PixelData<T>& frame, const ExrFrameOptions<T>& options = {
     write_layer("material", "material", "Y", frame.material, ExrType::float32);
     write_layer("samples", "samples", "Y", frame.samples, ExrType::float32);
     write_layer("variance", "variance", "RGB", frame.variance, ExrType::float32);
+    if (wanted("error")) write("error", "RGB", options.error, ExrType::float32);
+    if (options.layers && wanted("statistics"))
+        detail::for_each_statistic(frame, [&](const char* name, std::string_view suffixes, const auto& plane) {
+            write(name, suffixes, plane.view(), ExrType::float32);
+        });
     return image;
 }
 
@@ -199,6 +224,10 @@ PixelData<T> frame_from_exr(const ExrImage& image) {
     detail::find_plane(image, {""}, {"A"}, frame.alpha);
     detail::find_plane(image, {"samples", "debug sample count"}, {"Y", "X"}, frame.samples);
     detail::find_plane(image, {"variance"}, {"RGB"}, frame.variance);
+    detail::for_each_statistic(frame, [&](const char* name, std::string_view suffixes, auto& plane) {
+        const std::string key = detail::lower_case(name);
+        detail::find_plane(image, {key.c_str()}, {suffixes}, plane);
+    });
     return frame;
 }
 

@@ -1,0 +1,83 @@
+#pragma once
+#include <lambent/core/parallel.hpp>
+#include <lambent/denoise/box_mean.hpp>
+#include <lambent/film/pixel_data.hpp>
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+/// Puts back into the filtered `clean` as much of its input `noisy` as their difference exceeds the input's noise, which
+/// is where the filter errs: the share 1 - 2 · variance / difference² (3 below 16 samples), of means over 3 x 3 pixels, at
+/// least 0. A pixel whose samples agree with each other, but not with a filter that made it more than twice as bright, is
+/// believed alone. Neither where all that these pixels lack is less than one bright sample brings, by the variances around.
+/// As the noise goes to 0 the result becomes the input, whatever the filter did.
+/// variance of the means in `noisy`; pixels that are not finite stay as the filter left them
+/// samples  in a pixel, on the whole: below 2 there is no variance and nothing is done, below 8 agreement means nothing
+/// threads  the same bits for any executor
+/// source   James, Stein, Estimation with quadratic loss (1961); Firmino et al., Progressive denoising of Monte Carlo
+///          rendered images, EGSR 2022, for the idea
+template <std::floating_point T, Executor E>
+void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>& noisy,
+                      const PixelView<const T, 3>& variance, double samples, E& executor) {
+    require_same_size("blend_with_input: clean and noisy", clean, noisy);
+    require_same_size("blend_with_input: clean and variance", clean, variance);
+    if (samples < 2) return;
+    const int width = clean.width(), height = clean.height();
+    const auto sum = [](const Vec3<T>& v) { return v.x + v.y + v.z; };
+    const auto usable = [&](int x, int y) { return is_finite(noisy.load(x, y)) && is_finite(variance.load(x, y)); };
+    const auto noise2 = [&](int x, int y) { return usable(x, y) ? sum(variance.load(x, y)) : T(0); };
+    const auto difference2 = [&](int x, int y) {
+        const Vec3<T> d = clean.load(x, y) - noisy.load(x, y);
+        return usable(x, y) ? dot(d, d) : T(0);
+    };
+
+    // Relative to what is around, so that a bright pixel does not speak for the dark ones beside it.
+    const Plane<T, 1> bright = box_mean<T>(width, height, 2, [&](int x, int y) { return sum(clean.load(x, y)); }, executor);
+    double whole = 0;
+    for (const T b : bright.values()) whole += double(b) / double(bright.values().size());
+    const auto relative = [&](int x, int y, T square) {
+        const double b = double(bright.load(x, y)), unit = b * b + 1e-3 * whole * whole;
+        return unit > 0 ? T(double(square) / unit) : T(0);
+    };
+    const Plane<T, 1> noise =
+        box_mean<T>(width, height, 1, [&](int x, int y) { return relative(x, y, noise2(x, y)); }, executor);
+    const Plane<T, 1> difference =
+        box_mean<T>(width, height, 1, [&](int x, int y) { return relative(x, y, difference2(x, y)); }, executor);
+    const Plane<T, 1> lack = box_mean<T>(width, height, 1, [&](int x, int y) {
+        return usable(x, y) ? std::max(T(0), sum(clean.load(x, y)) - sum(noisy.load(x, y))) : T(0);
+    }, executor);
+    const T margin = T(samples < 16 ? 3 : 2);                // variances of few samples are noisy themselves
+    const double agreement = std::min(1.0, samples / 16); // square of the samples' relative deviation
+    Plane<T, 1> shares(width, height);
+    executor.parallel_for(std::size_t(height), 16, [&](std::size_t begin, std::size_t end) {
+        for (int y = int(begin); y < int(end); ++y)
+            for (int x = 0; x < width; ++x) {
+                if (!usable(x, y)) continue;
+                T share = T(1) - margin * noise.load(x, y) / std::max(difference.load(x, y), T(1e-20));
+                const Vec3<T> given = noisy.load(x, y);
+                const T n2 = noise2(x, y), d2 = difference2(x, y), g2 = dot(given, given);
+                if (samples >= 8 && d2 > g2 && n2 * T(samples) < T(agreement) * g2)
+                    share = std::max(share, T(1) - T(9) * n2 / d2);
+                if (!(share > 0)) continue;
+                // Light that comes in few bright samples is absent from most pixels: that alone is no contradiction.
+                T event2 = 0; // square of what one such sample adds to a pixel here
+                for (int v = std::max(0, y - 2); v <= std::min(height - 1, y + 2); ++v)
+                    for (int u = std::max(0, x - 2); u <= std::min(width - 1, x + 2); ++u) event2 = std::max(event2, noise2(u, v));
+                const T absent = lack.load(x, y);
+                if (absent > 0 && T(9) * absent < std::sqrt(event2)) continue;
+                shares.view().store(x, y, std::min(share, T(1)));
+            }
+    });
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            if (const T share = shares.load(x, y); share > 0) {
+                const Vec3<T> filtered = clean.load(x, y);
+                clean.store(x, y, filtered + (noisy.load(x, y) - filtered) * share);
+            }
+}
+
+} // namespace LAMBENT_ABI
+} // namespace lambent
