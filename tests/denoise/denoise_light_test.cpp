@@ -155,7 +155,7 @@ TEST_CASE("denoise_light: values that are not finite, missing features, odd size
     FrameView<float> uneven = frame.view();
     uneven.root_indirect = other.view();
     CHECK_THROWS_AS(denoise_light<float>(uneven, target.view(), {}, serial), Error);
-    CHECK_THROWS_AS(LightRegression<float>(8, 8, {.test_softness = {0.1, 0}}), Error);
+    CHECK_THROWS_AS(LightRegression<float>(8, 8, {.ridge = 0}), Error);
     CHECK_THROWS_AS(LightRegression<float>(0, 8, {}), Error);
     CHECK_THROWS_AS(denoise_light<float>(frame.view(), target.view(), {.stride = 3}, serial), Error);
     CHECK_THROWS_AS(denoise_light<float>(frame.view(), target.view(), {.radius = 9}, serial), Error);

@@ -35,7 +35,7 @@ struct LightDenoiseReport {
 
 /// Of denoise_light().
 struct LightDenoiseOptions {
-    int radius = 6;             ///< of the regression's windows, in pixels
+    int radius = 5;             ///< of the regression's windows, in pixels
     int stride = 1;             ///< one model for so many pixels a side: 2 is faster and worse
     double feature_sigma = 3;   ///< see LightRegressionOptions
     int feature_radius = 2;     ///< of the windows in which features are cleaned of their own noise; 0: they are not
@@ -71,32 +71,39 @@ Plane<T, 3> as_guide(const PixelView<const T, C>& plane, double factor) {
 
 /// How far a pixel outshines its 5 x 5 neighbours in the sum of the channels: the factor that brings it to their mean
 /// and `deviations` of theirs. 1 where its own deviation sigma(x, y) says that it is no accident.
-template <class T, class Sigma>
-Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviations, Sigma&& sigma) {
-    Plane<T, 1> factors(light.width(), light.height());
-    const auto brightness = [&](int x, int y) {
-        const Vec3<T> v = light.load(x, y);
-        return double(v.x) + double(v.y) + double(v.z);
-    };
-    for (int y = 0; y < light.height(); ++y)
-        for (int x = 0; x < light.width(); ++x) {
-            double mean = 0, squares = 0, count = 0;
-            for (int v = std::max(0, y - 2); v <= std::min(light.height() - 1, y + 2); ++v)
-                for (int u = std::max(0, x - 2); u <= std::min(light.width() - 1, x + 2); ++u) {
-                    if (u == x && v == y) continue;
-                    const double b = brightness(u, v), delta = b - mean;
-                    mean += delta / ++count;
-                    squares += delta * (b - mean);
-                }
-            const double here = brightness(x, y), own = sigma(x, y);
-            double limit = mean + deviations * std::sqrt(squares / std::max(1.0, count));
-            if (count == 0 || !(here > limit)) {
-                factors.view().store(x, y, T(1));
-                continue;
-            }
-            if (own > 0) limit += (here - limit) * std::clamp(((here - limit) / own - 2) / 2, 0.0, 1.0);
-            factors.view().store(x, y, T(limit / here));
+template <class T, class Sigma, class E>
+Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviations, Sigma&& sigma, E& executor) {
+    const int width = light.width(), height = light.height();
+    Plane<T, 1> factors(width, height, T(1)), bright(width, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const Vec3<T> v = light.load(x, y);
+            bright.view().store(x, y, v.x + v.y + v.z);
         }
+    executor.parallel_for(std::size_t(height), 16, [&](std::size_t begin, std::size_t end) {
+        for (int y = int(begin); y < int(end); ++y)
+            for (int x = 0; x < width; ++x) {
+                const int x0 = std::max(0, x - 2), x1 = std::min(width, x + 3);
+                const int y0 = std::max(0, y - 2), y1 = std::min(height, y + 3);
+                const auto over_neighbours = [&](auto&& f) {
+                    double sum = 0;
+                    for (int v = y0; v < y1; ++v)
+                        for (int u = x0; u < x1; ++u)
+                            if (u != x || v != y) sum += f(double(bright.load(u, v)));
+                    return sum;
+                };
+                const double here = double(bright.load(x, y)), count = double((x1 - x0) * (y1 - y0) - 1);
+                if (count < 1) continue;
+                const double mean = over_neighbours([](double b) { return b; }) / count;
+                if (!(here > mean)) continue;
+                const double squares = over_neighbours([&](double b) { return (b - mean) * (b - mean); });
+                double limit = mean + deviations * std::sqrt(squares / count);
+                if (!(here > limit)) continue;
+                const double own = sigma(x, y);
+                if (own > 0) limit += (here - limit) * std::clamp(((here - limit) / own - 2) / 2, 0.0, 1.0);
+                factors.view().store(x, y, T(limit / here));
+            }
+    });
     return factors;
 }
 
@@ -195,15 +202,16 @@ inline std::array<double, 2> test_softness(bool direct, double samples) {
 /// Cleans `light`, a part's without what is not finite, in place. `own`: as LightRegression::run() gives it.
 /// Returns the number of pixels that were clamped.
 template <class T, class E>
-std::size_t clean_part(const FrameView<T>& frame, const LightPart<T>& part, const LightGuides<T>& guides, double samples,
-                       LightRegressionOptions options, Plane<T, 3>& light, Plane<T, 1>& own, E& executor) {
+std::size_t clean_part(const FrameView<T>& frame, const LightPart<T>& part, const LightRegression<T>& fit, double samples,
+                       Plane<T, 3>& light, Plane<T, 1>& own, E& executor) {
     const int width = light.width(), height = light.height();
     const auto deviation = [&](int x, int y) {
         const Vec3<T> v = frame.variance.load(x, y);
         const double s = std::sqrt(double(v.x)) + std::sqrt(double(v.y)) + std::sqrt(double(v.z));
         return is_finite(s) ? s : 0.0;
     };
-    const Plane<T, 1> factors = outlier_factors<T>(light.view(), part.direct || samples < 16 ? 2 : 1, deviation);
+    const Plane<T, 1> factors = outlier_factors<T>(light.view(), part.direct || samples < 16 ? 2 : 1, deviation,
+                                                   executor);
     // Sobol's points err less than their sample variance says, the more so the more there are. Without halves that would
     // tell: by how much on the scenes that parameters were chosen with. Halves of few samples tell too little.
     const bool halves = samples >= 8 && !frame.half_variance.absent();
@@ -228,10 +236,8 @@ std::size_t clean_part(const FrameView<T>& frame, const LightPart<T>& part, cons
     for (const T v : variance.values()) noise += double(v);
     if (!(noise > 0)) return clamped;
     for (T& v : variance.values()) v += T(1e-4 * noise / double(variance.values().size()));
-    options.test_softness = test_softness(part.direct, samples);
-    LightRegression<T> fit(width, height, options);
-    guides.set(fit);
-    fit.run(light.view(), root.view(), variance.view(), light.view(), executor, own.view());
+    fit.run({std::as_const(light).view(), std::as_const(root).view(), std::as_const(variance).view(),
+             test_softness(part.direct, samples)}, light.view(), executor, own.view());
     return clamped;
 }
 
@@ -282,7 +288,8 @@ LightDenoiseReport denoise_light(const FrameView<T>& frame, const std::type_iden
                                       .own_vote = options.stride > 1 ? 0.1 : 1e-9};
     regression.ridge = samples < 2 ? 0.1 : samples < 16 ? 1e-3 : 1e-4;
 
-    const detail::LightGuides<T> guides(frame, options.feature_radius, executor);
+    LightRegression<T> fit(width, height, regression);
+    detail::LightGuides<T>(frame, options.feature_radius, executor).set(fit);
     Plane<T, 3> result(width, height), given(width, height); // given: the input, finite
     Plane<T, 1> own(width, height), noise(width, height);
     for (const bool direct : {true, false}) {
@@ -292,7 +299,7 @@ LightDenoiseReport denoise_light(const FrameView<T>& frame, const std::type_iden
         repair_non_finite(light.view());
         each([&](int x, int y) { given.view().store(x, y, given.load(x, y) + light.load(x, y)); });
         Plane<T, 1> share(width, height, T(1));
-        report.spikes += detail::clean_part(frame, part, guides, samples, regression, light, share, executor);
+        report.spikes += detail::clean_part(frame, part, fit, samples, light, share, executor);
         each([&](int x, int y) {
             result.view().store(x, y, result.load(x, y) + light.load(x, y));
             own.view().store(x, y, own.load(x, y) + share.load(x, y) * part.noise(x, y));

@@ -22,6 +22,14 @@ struct LightRegressionOptions {
     double feature_floor = 1e-3;  ///< least variance of a feature
     double own_vote = 1e-9;       ///< weight of what a pixel says of itself, beside what windows say
     double ridge = 1e-3;          ///< on the slopes, relative to the sum of weights
+};
+
+/// What LightRegression fits, and what it tests: all of the image's size and finite.
+template <class T>
+struct LightToFit {
+    PixelView<const T, 3> color;
+    PixelView<const T, 3> root;          ///< means of the samples' roots
+    PixelView<const T, 1> root_variance; ///< summed over channels, above 0
     std::array<double, 2> test_softness{0.25, 0.25}; ///< by how much tests of patches of radius 1 and 3 may fail
 };
 
@@ -50,10 +58,17 @@ public:
 
     template <class F> // f(x, y) of a pixel inside
     void fill(int c, int width, int height, F&& f) {
-        T* const values = channel(c);
-        for (int y = -rim; y < height + rim; ++y)
-            for (int x = -rim; x < width + rim; ++x)
-                values[at(x, y)] = f(std::clamp(x, 0, width - 1), std::clamp(y, 0, height - 1));
+        std::vector<T> row(std::size_t(width + 2 * rim));
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) row[std::size_t(x + rim)] = f(x, y);
+            std::fill_n(row.begin(), rim, row[std::size_t(rim)]);
+            std::fill_n(row.end() - rim, rim, row[std::size_t(width + rim - 1)]);
+            for (int at = y == 0 ? -rim : y; at < (y == height - 1 ? height + rim : y + 1); ++at)
+                for (int phase = 0; phase < stride_; ++phase) {
+                    T* const out = channel(c) + (std::size_t(phase) * std::size_t(rows_) + std::size_t(at + rim)) * std::size_t(row_);
+                    for (int x = phase; x < width + 2 * rim; x += stride_) out[x / stride_] = row[std::size_t(x)];
+                }
+        }
     }
 
 private:
@@ -92,39 +107,38 @@ public:
     /// One channel: guide(x, y) and its variance(x, y), in the guide's unit squared; both finite.
     template <class F, class V>
     void set_guide(int channel, F&& guide, V&& variance) {
-        guides_.fill(channel, w_, h_, guide);
+        Plane<T, 1> values(w_, h_);
+        for (int y = 0; y < h_; ++y)
+            for (int x = 0; x < w_; ++x) values.view().store(x, y, guide(x, y));
+        const auto value = [&](int x, int y) { return values.values()[std::size_t(y) * std::size_t(w_) + std::size_t(x)]; };
+        guides_.fill(channel, w_, h_, value);
         const T floor = T(o_.feature_floor), factor = T(o_.feature_sigma * o_.feature_sigma);
         scales_.fill(channel, w_, h_, [&](int x, int y) {
-            const auto step = [&](int dx, int dy) {
-                const T a = guide(std::clamp(x - dx, 0, w_ - 1), std::clamp(y - dy, 0, h_ - 1));
-                const T b = guide(std::clamp(x + dx, 0, w_ - 1), std::clamp(y + dy, 0, h_ - 1));
-                const T here = guide(x, y);
-                const T least = std::min(std::abs(a - here), std::abs(b - here));
-                return least * least;
-            };
-            const T step2 = step(1, 0) + step(0, 1);
-            return 1 / (factor * std::max({floor, T(variance(x, y)), step2}));
+            const T here = value(x, y);
+            const auto least = [&](T a, T b) { return std::min(std::abs(a - here), std::abs(b - here)); };
+            const T across = least(value(std::max(x - 1, 0), y), value(std::min(x + 1, w_ - 1), y));
+            const T down = least(value(x, std::max(y - 1, 0)), value(x, std::min(y + 1, h_ - 1)));
+            return 1 / (factor * std::max({floor, T(variance(x, y)), across * across + down * down}));
         });
     }
 
-    /// `color`: what is fitted; `root`, `root_variance`: what is tested, variance above 0. All of the image's size and
-    /// finite. `out` may be `color`. `own`, where there is one, gets a pixel's weight in its window's sum of weights: what
+    /// `out` may be the light's color. `own`, where there is one, gets a pixel's weight in its window's sum of weights: what
     /// part of the pixel's noise is left, about.
+    /// throws  lambent::Error on a softness that is not positive
     /// threads the same bits for any executor
     template <Executor E>
-    void run(const PixelView<const T, 3>& color, const PixelView<const T, 3>& root,
-             const PixelView<const T, 1>& root_variance, const PixelView<T, 3>& out, E& executor,
-             const PixelView<T, 1>& own = {}) const {
+    void run(const LightToFit<T>& light, const PixelView<T, 3>& out, E& executor, const PixelView<T, 1>& own = {}) const {
+        require(light.test_softness[0] > 0 && light.test_softness[1] > 0, "LightRegression: softness must be positive");
         Phased colors(w_, h_, 3, o_.stride), roots(w_, h_, 4, 1);
         for (int c = 0; c < 3; ++c) {
-            colors.fill(c, w_, h_, [&](int x, int y) { return color.load(x, y)[c]; });
-            roots.fill(c, w_, h_, [&](int x, int y) { return root.load(x, y)[c]; });
+            colors.fill(c, w_, h_, [&](int x, int y) { return light.color.load(x, y)[c]; });
+            roots.fill(c, w_, h_, [&](int x, int y) { return light.root.load(x, y)[c]; });
         }
-        roots.fill(3, w_, h_, [&](int x, int y) { return root_variance.load(x, y); });
+        roots.fill(3, w_, h_, [&](int x, int y) { return light.root_variance.load(x, y); });
         const int tiles_x = (w_ + tile_w - 1) / tile_w, tiles_y = (h_ + tile_h - 1) / tile_h;
         std::vector<std::vector<T>> said(std::size_t(tiles_x) * std::size_t(tiles_y));
         executor.parallel_for(said.size(), 1, [&](std::size_t begin, std::size_t end) {
-            Work work(o_);
+            Work work(o_, light.test_softness);
             for (std::size_t i = begin; i < end; ++i) {
                 said[i].assign(std::size_t(4 * reach_w() * reach_h()), T(0));
                 fit_tile(colors, roots, int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, work, said[i].data(), own);
@@ -144,21 +158,20 @@ public:
                             for (int c = 0; c < 4; ++c) sum[c] += tile[said_index(c, u, v)];
                         }
                     const T vote = T(o_.own_vote);
-                    const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + vote * color.load(x, y)) / (sum[3] + vote);
+                    const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + vote * light.color.load(x, y)) / (sum[3] + vote);
                     out.store(x, y, max(value, Vec3<T>(0)));
                 }
         });
     }
 
 private:
-    static constexpr int tile_w = 32, tile_h = 16; ///< pixels of a tile; its width holds whole Packs of centers
+    static constexpr int tile_w = 64, tile_h = 16; ///< pixels of a tile; its width holds whole Packs of centers
 
     static const LightRegressionOptions& checked(int w, int h, const LightRegressionOptions& o) {
         require(w > 0 && h > 0, "LightRegression: the image is empty");
         require(o.radius >= 1 && o.radius <= 8 && (o.stride == 1 || o.stride == 2),
                 "LightRegression: radius must be 1 to 8, stride 1 or 2");
-        require(o.feature_sigma > 0 && o.feature_floor > 0 && o.own_vote > 0 && o.ridge > 0 && o.test_softness[0] > 0 &&
-                    o.test_softness[1] > 0,
+        require(o.feature_sigma > 0 && o.feature_floor > 0 && o.own_vote > 0 && o.ridge > 0,
                 "LightRegression: all of the options must be positive");
         return o;
     }
@@ -174,7 +187,7 @@ private:
     }
 
     struct Work {
-        explicit Work(const LightRegressionOptions& o) {
+        Work(const LightRegressionOptions& o, const std::array<double, 2>& softness) : test_softness(softness) {
             const int side = 2 * o.radius + 1;
             taps = (side * side + block - 1) / block * block;
             centers_w = tile_w / o.stride;
@@ -186,6 +199,7 @@ private:
             offsets.resize(std::size_t(side * side));
             said_offsets.resize(std::size_t(side * side));
         }
+        std::array<double, 2> test_softness;
         int taps, centers_w, centers_h;
         std::vector<T> weights; ///< [tap][center]
         std::vector<T> test, small, large;
@@ -224,7 +238,7 @@ private:
                 ((difference2(0) + difference2(1) + difference2(2)) / variance).store(out + x + patch);
             }
         }
-        const T k1 = T(1 / o_.test_softness[0]), k3 = T(1 / o_.test_softness[1]);
+        const T k1 = T(1 / work.test_softness[0]), k3 = T(1 / work.test_softness[1]);
         for (int j = 0; j < work.centers_h; ++j) {
             const int y = j * o_.stride;
             const T* rows = &work.test[std::size_t(y * test_w)]; // rows y - 3 to y + 3
