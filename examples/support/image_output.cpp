@@ -90,7 +90,7 @@ DenoiseOptions ImageSettings::denoise_options() const {
     if (firefly && !despike && std::isinf(*firefly)) options.despike = *firefly; // --firefly off
     if (kernel || sigma_spatial || sigma_illumination || sigma_position || sigma_normal || sigma_material || despike ||
         firefly)
-        options.regression = 0; // these are the filter's
+        options.noise = NoiseUse::filter; // these are its
     return options;
 }
 
@@ -98,7 +98,8 @@ FilmPlanes ImageSettings::planes() const {
     FilmPlanes planes = planes_of_layers(*this) | FilmPlanes::emission;
     if (denoises())
         planes |= FilmPlanes::albedo | FilmPlanes::normal | FilmPlanes::position | FilmPlanes::material;
-    if (denoise_options().regression > 0) planes |= FilmPlanes::statistics;
+    const NoiseUse use = denoise_options().noise;
+    if (use == NoiseUse::regression || use == NoiseUse::coarse_regression) planes |= FilmPlanes::statistics;
     return planes;
 }
 

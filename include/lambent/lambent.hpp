@@ -42,6 +42,7 @@
 #include <lambent/core/simd_order.hpp>
 #include <lambent/core/sincos.hpp>
 #include <lambent/core/vec.hpp>
+#include <lambent/denoise/atrous.hpp>
 #include <lambent/denoise/bilateral_lines.hpp>
 #include <lambent/denoise/bilateral_weights.hpp>
 #include <lambent/denoise/bilateral_window.hpp>

@@ -159,8 +159,8 @@ TEST_CASE("denoise_light: values that are not finite, missing features, odd size
     CHECK_THROWS_AS(LightRegression<float>(0, 8, {}), Error);
     CHECK_THROWS_AS(denoise_light<float>(frame.view(), target.view(), {.stride = 3}, serial), Error);
     CHECK_THROWS_AS(denoise_light<float>(frame.view(), target.view(), {.radius = 9}, serial), Error);
-    CHECK(denoise(frame, denoise_options("best"), serial).report.regression);
-    CHECK(!denoise(plain, denoise_options("best"), serial).report.regression);
+    CHECK(denoise(frame, denoise_options("best"), serial).report.used == NoiseUse::regression);
+    CHECK(denoise(plain, denoise_options("best"), serial).report.used == NoiseUse::filter);
 }
 
 TEST_CASE("pair_average: takes a feature's noise away, not its edges") {

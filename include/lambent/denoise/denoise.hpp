@@ -1,4 +1,5 @@
 #pragma once
+#include <lambent/denoise/atrous.hpp>
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/denoise/denoise_light.hpp>
 #include <lambent/denoise/footprint.hpp>
@@ -18,10 +19,17 @@ enum class SigmaUnits {
               ///< 1 - cosine: the original's
 };
 
+/// What a frame's knowledge of its own noise is used for.
+enum class NoiseUse {
+    filter,            ///< the cross-bilateral filter of DenoiseOptions, whatever the frame has
+    regression,        ///< denoise_light() where there are FilmPlanes::statistics, with a model for every pixel
+    coarse_regression, ///< likewise, with one for every second pixel a side
+    atrous             ///< atrous() of the illumination where there are variances and counts of samples
+};
+
 /// What denoise() does. Infinite sigmas and thresholds switch their part off.
 struct DenoiseOptions {
-    int regression = 0; ///< where the frame has statistics of its samples: denoise_light() with a model for every pixel
-                        ///< (1) or every second one a side (2), and all below is of no account; 0: never
+    NoiseUse noise = NoiseUse::filter; ///< where the frame has what it takes, all below but despike is of no account
     int kernel = 33; ///< taps along a side, odd; 0 = off: the output is the radiance, bit for bit
     BilateralForm form = BilateralForm::separable_reuse;
     SigmaUnits units = SigmaUnits::relative;
@@ -40,20 +48,20 @@ inline constexpr std::string_view denoise_methods =
     "best|balanced|fast|naive_2d|reuse_2d|separable|separable_reuse|seed|none";
 
 /// The options of a method. best and balanced are denoise_light() where the frame has statistics of its samples
-/// (FilmPlanes::statistics). Where it has none: balanced is the filter of DenoiseOptions{}; best weighs whole windows,
+/// (FilmPlanes::statistics), fast is atrous() where it has variances. Where it has not: balanced is the filter of DenoiseOptions{}; best weighs whole windows,
 /// which leaves no traces along rows and columns and takes four times as long. fast has half the kernel; naive_2d …
 /// separable_reuse are the forms of the filter with balanced's sigmas; seed has the original's sigmas and firefly rule;
 /// none leaves the image alone.
 /// throws lambent::Error that names the choices
 inline DenoiseOptions denoise_options(std::string_view method) {
     if (method == "best")
-        return {.regression = 1, .kernel = 25, .form = BilateralForm::reuse_2d, .sigma_illumination = 0.3};
+        return {.noise = NoiseUse::regression, .kernel = 25, .form = BilateralForm::reuse_2d, .sigma_illumination = 0.3};
     if (method == "reuse_2d") return {.form = BilateralForm::reuse_2d};
     if (method == "naive_2d") return {.form = BilateralForm::naive_2d};
     if (method == "separable") return {.form = BilateralForm::separable};
-    if (method == "balanced") return {.regression = 2};
+    if (method == "balanced") return {.noise = NoiseUse::coarse_regression};
     if (method == "separable_reuse") return {};
-    if (method == "fast") return {.kernel = 17, .sigma_illumination = 0.5};
+    if (method == "fast") return {.noise = NoiseUse::atrous, .kernel = 17, .sigma_illumination = 0.5};
     if (method == "none") return {.kernel = 0};
     if (method == "seed") {
         constexpr double off = std::numeric_limits<double>::infinity();
@@ -67,7 +75,7 @@ inline DenoiseOptions denoise_options(std::string_view method) {
 /// What denoise() met on its way.
 struct DenoiseReport {
     std::size_t non_finite = 0; ///< pixels that came with a NaN or an infinity
-    bool regression = false;    ///< the frame's statistics were there and used: denoise_light()
+    NoiseUse used = NoiseUse::filter; ///< what the frame had what it takes for
     bool error = false;         ///< denoised_error() is known
     std::size_t spikes = 0;     ///< pixels that a clamp or the firefly rule made darker
 };
@@ -125,6 +133,35 @@ struct LightGuide {
         image = std::move(mean);
     }
 };
+/// atrous() of what despike() made of the noisy illumination, in place. Noise comes from the frame's variances or, after
+/// one sample, from the spread of 7 x 7 pixels; how far light may differ goes with the number of samples.
+template <class T, class E>
+void atrous_of_illumination(const FrameView<T>& frame, const PixelView<T, 3>& noisy, const PixelView<T, 3>& illumination,
+                            E& executor) {
+    const int width = illumination.width(), height = illumination.height();
+    const auto sum = [](const Vec3<T>& v) { return v.x + v.y + v.z; };
+    double samples = 0;
+    Plane<T, 1> variance(width, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            samples += double(frame.samples.load(x, y)) / (double(width) * double(height));
+            const Vec3<T> deviation = sqrt(max(frame.variance.load(x, y), Vec3<T>(0))) / modulation(frame, x, y);
+            const T before = sum(noisy.load(x, y)), after = sum(illumination.load(x, y));
+            variance.view().store(x, y, sum(deviation) * sum(deviation) * (before > after ? after / before : T(1)));
+        }
+    if (samples < 2) {
+        const auto light = [&](int x, int y) { return sum(illumination.load(x, y)); };
+        const Plane<T, 1> mean = box_mean<T>(width, height, 3, light, executor);
+        variance = box_mean<T>(width, height, 3, [&](int x, int y) {
+            const T d = light(x, y) - mean.load(x, y);
+            return d * d;
+        }, executor);
+    }
+    const AtrousOptions options{.levels = samples < 16 ? 5 : samples < 64 ? 4 : 3,
+                                .sigma_light = BySamples{{4, 3, 2, 2}}(samples),
+                                .sigma_normal = BySamples{{.3, .3, .15, .1}}(samples)};
+    atrous<T>(illumination, variance.view(), frame.normal, frame.depth, illumination, options, executor);
+}
 } // namespace detail
 
 /// Denoises a frame into `out`, as radiance with the emission in it: despike → cross-bilateral filter of the
@@ -142,9 +179,10 @@ DenoiseReport denoise(const FrameView<T>& frame, const std::type_identity_t<Pixe
                       const std::type_identity_t<PixelView<T, 3>>& error = {}) {
     require(!frame.radiance.absent(), "denoise: the frame has no radiance plane");
     detail::require_planes("denoise", frame, out);
-    if (options.regression > 0 && has_light_statistics(frame)) {
-        const LightDenoiseReport light = denoise_light(frame, out, {.stride = options.regression}, executor, error);
-        return {.non_finite = light.non_finite, .regression = true, .error = !error.absent(), .spikes = light.spikes};
+    const bool coarse = options.noise == NoiseUse::coarse_regression;
+    if ((coarse || options.noise == NoiseUse::regression) && has_light_statistics(frame)) {
+        const LightDenoiseReport light = denoise_light(frame, out, {.stride = coarse ? 2 : 1}, executor, error);
+        return {.non_finite = light.non_finite, .used = options.noise, .error = !error.absent(), .spikes = light.spikes};
     }
     const bool relative = options.units == SigmaUnits::relative;
     CrossBilateralOptions filter{.kernel = options.kernel, .sigma_spatial = options.sigma_spatial,
@@ -168,7 +206,10 @@ DenoiseReport denoise(const FrameView<T>& frame, const std::type_identity_t<Pixe
     report.spikes = suppress_fireflies_seed(noisy.view(), options.firefly);
     report.spikes += despike<T>(noisy.view(), illumination.view(), options.despike, executor);
     const PixelView<T, 3> view = illumination.view();
-    if (!relative) {
+    if (options.noise == NoiseUse::atrous && !frame.variance.absent() && !frame.samples.absent()) {
+        detail::atrous_of_illumination(frame, noisy.view(), view, executor);
+        report.used = NoiseUse::atrous;
+    } else if (!relative) {
         const DistanceFeature<T> position(frame.position, options.sigma_position);
         cross_bilateral<T>(view, view, filter, executor, position, NormalFeature<T>(frame.normal, options.sigma_normal),
                            material);
