@@ -1,13 +1,13 @@
 // libFuzzer target: .film states, as they are and with the checksum that fits. Must give a film that is written as it
 // was read and resolves to finite planes, or an Error. Seeds: films of several planes and blocks.
-#include <lambent/io/film_file.hpp>
-#include <sys/mman.h>
-#include <unistd.h>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <lambent/io/film_file.hpp>
 #include <string>
+#include <sys/mman.h>
+#include <unistd.h>
 #include <vector>
 
 namespace {
@@ -26,7 +26,8 @@ public:
     std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
 
     void set(const std::vector<std::uint8_t>& bytes) const {
-        demand(ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, bytes.data(), bytes.size(), 0) == ssize_t(bytes.size()));
+        demand(ftruncate(descriptor_, 0) == 0 &&
+               pwrite(descriptor_, bytes.data(), bytes.size(), 0) == ssize_t(bytes.size()));
     }
 
 private:
@@ -66,7 +67,8 @@ void stamp(std::vector<std::uint8_t>& bytes) {
     if (!whole || pixels > bytes.size() || planes > std::uint32_t(lambent::FilmPlanes::statistics)) return;
     const auto channels = std::size_t(lambent::detail::FilmLayout(lambent::FilmPlanes(planes)).channels);
     whole = take(lambent::contains(lambent::FilmPlanes(planes), lambent::FilmPlanes::material) ? 4 * pixels : 0);
-    for (std::uint32_t i = 0; whole && i < blocks; ++i) whole = take(8) && take(4) && take(pixels * channels * sizeof(float));
+    for (std::uint32_t i = 0; whole && i < blocks; ++i)
+        whole = take(8) && take(4) && take(pixels * channels * sizeof(float));
     if (!whole || at + 8 != bytes.size()) return;
     const std::uint64_t value = hash.value();
     std::memcpy(bytes.data() + at, &value, 8);
@@ -89,7 +91,8 @@ void check_film(const MemoryFile& file) {
         static const std::string again = "/dev/shm/lambent_film_fuzz_" + std::to_string(getpid());
         write_film(again, state);
         const std::string written = detail::read_file(again);
-        demand(written == detail::read_file(file.path()) || state.identity.size() + state.settings.size() > 0); // order of pairs
+        demand(written == detail::read_file(file.path()) ||
+               state.identity.size() + state.settings.size() > 0); // order of pairs
         demand(difference(state, read_film(again)).empty());
         unlink(again.c_str());
     } catch (const Error&) {

@@ -1,17 +1,17 @@
-// libFuzzer target: saved trees, as they are and with the checksum that fits. Must give a tree that answers rays and can
-// be saved and refitted, or an Error. Seeds: trees of every kind.
+// libFuzzer target: saved trees, as they are and with the checksum that fits. Must give a tree that answers rays and
+// can be saved and refitted, or an Error. Seeds: trees of every kind.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
 #include <lambent/bvh/compact.hpp>
 #include <lambent/bvh/primitive_leaves.hpp>
 #include <lambent/bvh/serialize.hpp>
 #include <lambent/bvh/sphere.hpp>
 #include <lambent/bvh/statistics.hpp>
+#include <span>
 #include <support/meshes.hpp>
 #include <support/rays.hpp>
-#include <cstddef>
-#include <cstdint>
-#include <cstdlib>
-#include <cstring>
-#include <span>
 #include <vector>
 
 namespace {

@@ -1,4 +1,5 @@
-// The same bits whatever the threads, the order of tiles and the split of the samples. Other instruction sets: layouts/.
+// The same bits whatever the threads, the order of tiles and the split of the samples. Other instruction sets:
+// layouts/.
 #include "denoise/bilateral_cases.hpp"
 #include "stress/table.hpp"
 #include "support/random.hpp"
@@ -30,14 +31,16 @@ struct ShuffledExecutor {
         std::vector<std::size_t> begins;
         for (std::size_t begin = 0; begin < n; begin += grain) begins.push_back(begin);
         Random random(seed++);
-        for (std::uint32_t i = std::uint32_t(begins.size()); i-- > 1;) std::swap(begins[i], begins[random.below(i + 1)]);
+        for (std::uint32_t i = std::uint32_t(begins.size()); i-- > 1;)
+            std::swap(begins[i], begins[random.below(i + 1)]);
         for (const std::size_t begin : begins) f(begin, std::min(n, begin + grain));
     }
 };
 
 std::uint64_t hash_of(const PixelData<float>& frame) {
     ContentHash hash;
-    for (const auto* plane : {&frame.radiance, &frame.variance, &frame.albedo, &frame.normal, &frame.position, &frame.illumination})
+    for (const auto* plane :
+         {&frame.radiance, &frame.variance, &frame.albedo, &frame.normal, &frame.position, &frame.illumination})
         hash.add(plane->values());
     hash.add(frame.depth.values());
     hash.add(frame.material.values());
@@ -86,8 +89,8 @@ TEST_CASE("bits: renders by 1 to 64 threads, any order of tiles, samples split a
     std::vector<std::uint64_t> hashes;
     const auto pass = [&](Film<float>& film, std::uint64_t begin, std::uint64_t end, int tile, auto& executor) {
         RenderOptions options{.width = width, .height = height, .first_sample = begin, .end_sample = end, .tile = tile};
-        render(film, prepared, scene.cameras[0], PathIntegrator<PathStrategy::bsdf>{}, IndependentSampler<float>(1), options,
-               executor, [] { return true; });
+        render(film, prepared, scene.cameras[0], PathIntegrator<PathStrategy::bsdf>{}, IndependentSampler<float>(1),
+               options, executor, [] { return true; });
     };
     for (const unsigned count : thread_counts()) {
         ThreadExecutor executor(count);
@@ -110,13 +113,16 @@ TEST_CASE("bits: renders by 1 to 64 threads, any order of tiles, samples split a
         }
         while (!parts.empty()) {
             const std::size_t i = random.index(parts.size());
-            if (whole.width() == 0) whole = std::move(parts[i]);
-            else whole.merge(std::move(parts[i]));
+            if (whole.width() == 0)
+                whole = std::move(parts[i]);
+            else
+                whole.merge(std::move(parts[i]));
             parts.erase(parts.begin() + std::ptrdiff_t(i));
         }
         hashes.push_back(hash_of(whole.resolve()));
     }
-    const double different = double(std::count_if(hashes.begin(), hashes.end(), [&](std::uint64_t h) { return h != hashes[0]; }));
+    const double different =
+        double(std::count_if(hashes.begin(), hashes.end(), [&](std::uint64_t h) { return h != hashes[0]; }));
     record({"bits", "renders: threads, tiles, splits -> share of other hashes; naive: samples as they arrive",
             double(hashes.size()), different, different / double(hashes.size()), 0, share_of_arrivals(100)});
 }
@@ -151,7 +157,8 @@ TEST_CASE("bits: filters by 1 to 64 threads, any order of strips -> one hash a f
             options.kernel = 33;
             return hash_of(filter(planes, options, executor));
         });
-    compare([&](auto& executor) { return hash_of(denoise(frame, denoise_options("separable_reuse"), executor).radiance); });
+    compare(
+        [&](auto& executor) { return hash_of(denoise(frame, denoise_options("separable_reuse"), executor).radiance); });
     record({"bits", "filters: threads, strips -> share of other hashes; naive: taps as they arrive", runs, different,
             different / runs, 0, share_of_arrivals(100)});
 }

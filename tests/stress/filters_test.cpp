@@ -52,8 +52,11 @@ Plane<T, 3> textbook(const Planes<T>& p, int radius, Pairs pairs = Pairs::all, d
 template <class T>
 Plane<T, 3> run(const Planes<T>& planes, BilateralForm form, int radius, double sigma_light = illumination) {
     return filter(planes,
-                  {.kernel = 2 * radius + 1, .sigma_spatial = spatial, .sigma_illumination = sigma_light,
-                   .second_pass_factor = 1, .form = form},
+                  {.kernel = 2 * radius + 1,
+                   .sigma_spatial = spatial,
+                   .sigma_illumination = sigma_light,
+                   .second_pass_factor = 1,
+                   .form = form},
                   position, normal, material);
 }
 
@@ -152,13 +155,14 @@ TEST_CASE("filters: constant images of 1e-30 to 1e30 -> themselves; values of th
             });
         };
         for (const auto form : all_forms)
-            for (const double sigma : {illumination, infinity}) outside += std::size_t(count_outside(run(planes, form, 8, sigma)));
+            for (const double sigma : {illumination, infinity})
+                outside += std::size_t(count_outside(run(planes, form, 8, sigma)));
         // A feature that is off by an infinite sigma, and squares beyond 3e38: infinity over infinity.
         naive += double(count_outside(textbook(planes, 8, Pairs::all, infinity)));
         images += 8;
     }
-    record({"filters", "images of 1e-30 to 1e30 -> change of constants, taps' range left; naive: the textbook's", images,
-            double(outside), worst, 1e-6, naive});
+    record({"filters", "images of 1e-30 to 1e30 -> change of constants, taps' range left; naive: the textbook's",
+            images, double(outside), worst, 1e-6, naive});
 }
 
 TEST_CASE("filters: the seed's re-use of windows -> as without re-use; naive: the lower right quarter") {
@@ -168,7 +172,9 @@ TEST_CASE("filters: the seed's re-use of windows -> as without re-use; naive: th
         const Plane<float, 3> gather = run(planes, BilateralForm::naive_2d, 10);
         worst = std::max(worst, largest_relative_difference(run(planes, BilateralForm::reuse_2d, 10), gather));
         Planes<double> wide(planes.width(), planes.height());
-        const auto copy = [](const auto& from, auto& to) { std::copy(from.values().begin(), from.values().end(), to.values().begin()); };
+        const auto copy = [](const auto& from, auto& to) {
+            std::copy(from.values().begin(), from.values().end(), to.values().begin());
+        };
         copy(planes.image, wide.image);
         copy(planes.normal, wide.normal);
         copy(planes.position, wide.position);
@@ -221,13 +227,17 @@ TEST_CASE("filters: frames of every awkward size -> finite, and the chain's bad 
             for (int k = 0; k < 3; ++k) {
                 const int x = int(random.below(std::uint32_t(width))), y = int(random.below(std::uint32_t(height)));
                 const float values[] = {std::bit_cast<float>(0x7fc00000u), std::bit_cast<float>(0x7f800000u), 1e30f};
-                (k == 0 ? frame.radiance : k == 1 ? frame.variance : frame.position).view().store(x, y, Vec3f(values[random.below(3)]));
+                (k == 0   ? frame.radiance
+                 : k == 1 ? frame.variance
+                          : frame.position)
+                    .view()
+                    .store(x, y, Vec3f(values[random.below(3)]));
             }
             naive += count_bad(frame.radiance);
             bad += count_bad(denoise(frame, denoise_options(method), serial).radiance);
             ++frames;
         }
-    record({"filters", "frames of 1 x 1 to 64 x 3, smaller than the kernel -> bad pixels; naive: left as they came", frames,
-            double(bad), double(bad), 0, double(naive)});
+    record({"filters", "frames of 1 x 1 to 64 x 3, smaller than the kernel -> bad pixels; naive: left as they came",
+            frames, double(bad), double(bad), 0, double(naive)});
 }
 #endif

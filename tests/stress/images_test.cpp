@@ -8,10 +8,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <doctest/doctest.h>
+#include <lambent/film/film.hpp>
 #include <lambent/io/exr.hpp>
 #include <lambent/io/exr_frame.hpp>
 #include <lambent/io/exr_read.hpp>
-#include <lambent/film/film.hpp>
 #include <lambent/scene/texture.hpp>
 #include <limits>
 #include <vector>
@@ -52,12 +52,16 @@ TEST_CASE("images: every half -> the same bits through a file") {
     std::size_t wrong = 0, naive_wrong = 0;
     for (std::uint32_t h = 0; h < 65536; ++h) {
         const float v = values[h];
-        const bool infinite = v == std::numeric_limits<float>::infinity() || v == -std::numeric_limits<float>::infinity();
+        const bool infinite =
+            v == std::numeric_limits<float>::infinity() || v == -std::numeric_limits<float>::infinity();
         const float expected = infinite ? std::copysign(65504.0f, v) : v; // saturated
-        wrong += std::size_t(is_nan(v) ? !is_nan(back[h]) : std::bit_cast<std::uint32_t>(back[h]) != std::bit_cast<std::uint32_t>(expected));
+        wrong +=
+            std::size_t(is_nan(v) ? !is_nan(back[h])
+                                  : std::bit_cast<std::uint32_t>(back[h]) != std::bit_cast<std::uint32_t>(expected));
         // As many programs narrow: the bits moved, without denormals.
         const auto bits = std::bit_cast<std::uint32_t>(v);
-        const std::uint32_t narrow = (bits >> 16 & 0x8000u) | (((bits >> 23 & 255) - 112) << 10 & 0x7c00u) | (bits >> 13 & 1023);
+        const std::uint32_t narrow =
+            (bits >> 16 & 0x8000u) | (((bits >> 23 & 255) - 112) << 10 & 0x7c00u) | (bits >> 13 & 1023);
         naive_wrong += std::size_t(narrow != h);
     }
     record({"images", "every half -> wrong bits after a file; naive: exponents shifted", 65536, double(wrong),
@@ -66,8 +70,8 @@ TEST_CASE("images: every half -> the same bits through a file") {
 
 TEST_CASE("images: floats between halves and beyond them -> the nearest, ties to even, never infinite") {
     std::vector<float> values;
-    for (const float v : {65503.0f, 65504.0f, 65505.0f, 65519.99f, 65520.0f, 65536.0f, 1e38f, -65520.0f, -1e30f, -0.0f, 1e-40f,
-                          2.9802322e-8f, 2.98023224e-8f, 5.9604645e-8f})
+    for (const float v : {65503.0f, 65504.0f, 65505.0f, 65519.99f, 65520.0f, 65536.0f, 1e38f, -65520.0f, -1e30f, -0.0f,
+                          1e-40f, 2.9802322e-8f, 2.98023224e-8f, 5.9604645e-8f})
         values.push_back(v);
     for (std::uint32_t h = 0; h < 0x7bffu; h += 7) { // ties: up, down and their neighbours
         const double tie = (value_of_half(h) + value_of_half(h + 1)) / 2;
@@ -81,7 +85,8 @@ TEST_CASE("images: floats between halves and beyond them -> the nearest, ties to
     double worst = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
         // In units of the spacing of halves there, away from zero in double, which is exact.
-        const double x = std::abs(double(values[i])), unit = std::ldexp(1.0, std::max(-24, std::ilogb(std::max(x, 1e-30)) - 10));
+        const double x = std::abs(double(values[i])),
+                     unit = std::ldexp(1.0, std::max(-24, std::ilogb(std::max(x, 1e-30)) - 10));
         const double nearest = std::min(std::nearbyint(x / unit) * unit, 65504.0);
         const double got = std::abs(double(back[i]));
         wrong += std::size_t(got != nearest || std::signbit(back[i]) != std::signbit(values[i]));

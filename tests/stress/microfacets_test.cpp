@@ -40,9 +40,12 @@ TEST_CASE("microfacets: alpha 1e-6 to 1, cosines down to 1e-7 -> float against d
         const float alpha = float(std::pow(10.0, random.uniform(-6, 0)));
         const Ggx<float> facets{alpha};
         const Ggx<double> exact{double(alpha)};
-        const auto cosine = [&] { return random.below(2) == 0 ? std::pow(10.0, random.uniform(-7, 0)) : random.uniform(); };
+        const auto cosine = [&] {
+            return random.below(2) == 0 ? std::pow(10.0, random.uniform(-7, 0)) : random.uniform();
+        };
         const Vec3f wo(direction(cosine(), random.uniform(0, 6))), wi(direction(cosine(), random.uniform(0, 6)));
-        const Vec3f h(Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), 1) * Vec3d(3.0 * double(alpha), 3.0 * double(alpha), 1));
+        const Vec3f h(Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), 1) *
+                      Vec3d(3.0 * double(alpha), 3.0 * double(alpha), 1));
         const auto compare = [&](float got, double expected) {
             bad += std::size_t(!is_finite(got));
             worst = std::max(worst, std::abs(double(got) / expected - 1));
@@ -52,11 +55,12 @@ TEST_CASE("microfacets: alpha 1e-6 to 1, cosines down to 1e-7 -> float against d
         compare(Ggx<float>::visibility(wo.z, facets.stretched(wo), wi.z, facets.stretched(wi)),
                 Ggx<double>::visibility(o.z, exact.stretched(o), in.z, exact.stretched(in)));
         compare(facets.bounded_factor(wo, facets.stretched(wo)), exact.bounded_factor(o, exact.stretched(o)));
-        const double text = textbook_distribution(alpha, h), relative = std::abs(text / exact.distribution(Vec3d(h)) - 1);
+        const double text = textbook_distribution(alpha, h),
+                     relative = std::abs(text / exact.distribution(Vec3d(h)) - 1);
         naive = std::max(naive, relative < 1e30 ? relative : 1e30);
     }
-    record({"microfacets", "alpha 1e-6 to 1 -> relative error of D, V and pdf in float; naive: the textbook's D", double(count),
-            double(bad), worst, 1e-4, naive});
+    record({"microfacets", "alpha 1e-6 to 1 -> relative error of D, V and pdf in float; naive: the textbook's D",
+            double(count), double(bad), worst, 1e-4, naive});
 }
 
 TEST_CASE("microfacets: samples of any material -> weight equal to f cos / pdf") {
@@ -74,7 +78,8 @@ TEST_CASE("microfacets: samples of any material -> weight equal to f cos / pdf")
         p.ior = random.below(4) == 0 ? 1 : random.uniform(1, 2.5);
         p.base_color = random.below(4) == 0 ? Vec3d(double(random.below(2))) : random.in_box<double>(0, 1);
         const StandardBsdf<double> bsdf(p);
-        const Vec3d wo = direction(random.below(4) == 0 ? std::pow(10.0, random.uniform(-5, 0)) : random.uniform(0.05, 1));
+        const Vec3d wo =
+            direction(random.below(4) == 0 ? std::pow(10.0, random.uniform(-5, 0)) : random.uniform(0.05, 1));
         const double pick = random.uniform(), x = random.uniform();
         const auto s = bsdf.sample(wo, pick, {x, random.uniform()});
         if (!(s.pdf > 0)) continue;
@@ -142,6 +147,6 @@ TEST_CASE("microfacets: eta 1, albedo 0 and grazing angles -> light straight thr
         bad += std::size_t(black.pdf > 0 && max_component(black.weight) > 0);
         ++cases;
     }
-    record({"microfacets", "eta 1 -> turn of smooth light, weight above 1; naive: half vectors without direction", cases,
-            double(bad), worst, 1e-6, naive});
+    record({"microfacets", "eta 1 -> turn of smooth light, weight above 1; naive: half vectors without direction",
+            cases, double(bad), worst, 1e-6, naive});
 }

@@ -56,8 +56,8 @@ TEST_CASE("mis: pdfs of 1e-38 to 1e38, 0 and infinity -> finite weights that sum
         double ignored = 0;
         naive_bad += std::size_t(!sound(naive_power(a, b), naive_power(b, a), ignored) || ignored > 2 * double(ulp));
     }
-    record({"mis", "pairs of pdfs -> |sum of weights - 1|, finite; naive: a^2 / (a^2 + b^2), share wrong", double(pairs),
-            double(bad), worst, 2 * double(ulp), double(naive_bad) / double(pairs)});
+    record({"mis", "pairs of pdfs -> |sum of weights - 1|, finite; naive: a^2 / (a^2 + b^2), share wrong",
+            double(pairs), double(bad), worst, 2 * double(ulp), double(naive_bad) / double(pairs)});
 }
 
 TEST_CASE("roulette: a throughput that is not a number -> the path ends and is counted") {
@@ -73,8 +73,8 @@ TEST_CASE("roulette: a throughput that is not a number -> the path ends and is c
         broken.nonsense = nonsense;
         Film<float> film;
         const RenderOptions options{.width = 8, .height = 8, .end_sample = samples, .planes = FilmPlanes::features};
-        const RenderResult result = render(film, broken, camera, PathIntegrator<>{}, IndependentSampler<float>(1), options,
-                                           serial, [] { return true; });
+        const RenderResult result = render(film, broken, camera, PathIntegrator<>{}, IndependentSampler<float>(1),
+                                           options, serial, [] { return true; });
         paths += double(64 * samples);
         rays += double(result.rays.closest);
         lost += 64 * samples - film.rejected();
@@ -93,8 +93,8 @@ TEST_CASE("roulette: a throughput that is not a number -> the path ends and is c
         }
         return bounces;
     };
-    record({"roulette", "throughput NaN or infinite -> rays a path, each rejected; naive: bounces of one (of 1000)", paths,
-            double(lost), rays / paths, 2, double(naive_bounces())});
+    record({"roulette", "throughput NaN or infinite -> rays a path, each rejected; naive: bounces of one (of 1000)",
+            paths, double(lost), rays / paths, 2, double(naive_bounces())});
 }
 
 TEST_CASE("roulette: furnace of albedo 0.99 at unlimited depth -> relative error of its light") {
@@ -123,6 +123,6 @@ TEST_CASE("roulette: furnace of albedo 0.99 at unlimited depth -> relative error
     }
     // A path's light has a relative deviation of 1: half its share in the quick size.
     const double bound = stress_in_full() ? 0.001 : 0.015, worst = std::abs(mean * (1 - albedo) - 1);
-    record({"roulette", "paths in a furnace of albedo 0.99 -> relative error; naive: survivors not scaled up", double(paths),
-            double(!(worst <= bound)), worst, bound, std::abs(naive * (1 - albedo) - 1)});
+    record({"roulette", "paths in a furnace of albedo 0.99 -> relative error; naive: survivors not scaled up",
+            double(paths), double(!(worst <= bound)), worst, bound, std::abs(naive * (1 - albedo) - 1)});
 }

@@ -1,6 +1,6 @@
 // Boxes that must be met, rays and triangles of any bits. Rays at edges and vertices are shot by watertight.cpp, which
-// tests/stress.sh runs, and in small numbers by tests/bvh/watertight_test.cpp; the 729 slab cases against brute force are
-// in tests/bvh/oracle_test.cpp, and of all layouts alike in layouts.cpp.
+// tests/stress.sh runs, and in small numbers by tests/bvh/watertight_test.cpp; the 729 slab cases against brute force
+// are in tests/bvh/oracle_test.cpp, and of all layouts alike in layouts.cpp.
 #include "stress/table.hpp"
 #include "support/meshes.hpp"
 #include "support/random.hpp"
@@ -90,7 +90,7 @@ TEST_CASE("rays: through the inside of triangles -> every ancestor's box is met"
     const std::uint64_t wanted = inputs(1e6, 1e8);
     std::size_t rays = 0, missed = 0, naive_missed = 0, lost = 0;
     for (std::uint64_t round = 0; rays < wanted; ++round) {
-        const lambent_test::Mesh<float> mesh = round % 4 == 0 ? slivers<float>(4000, round)
+        const lambent_test::Mesh<float> mesh = round % 4 == 0   ? slivers<float>(4000, round)
                                                : round % 4 == 1 ? sphere<float>(80, 40, 0.5, round)
                                                                 : flat_needles(4000, round);
         const Bvh bvh = Bvh::build(triangles(mesh.vertices, mesh.faces));
@@ -118,18 +118,21 @@ TEST_CASE("rays: through the inside of triangles -> every ancestor's box is met"
             bool all = true, naive_all = true;
             for (auto [node, lane] = ancestors.of_triangle[face];;) {
                 detail::SlabRay<float>::Lanes entry;
-                all = all && (bits(slabs.meets(bvh.tree().nodes[node], slabs.limit_of(ray.t_max), entry)) >> lane & 1) != 0;
+                all = all &&
+                      (bits(slabs.meets(bvh.tree().nodes[node], slabs.limit_of(ray.t_max), entry)) >> lane & 1) != 0;
                 naive_all = naive_all && naive_slab(bvh.tree().nodes[node], lane, ray);
                 if (node == 0) break;
                 std::tie(node, lane) = ancestors.of_node[node];
             }
             missed += std::size_t(!all);
             naive_missed += std::size_t(!naive_all);
-            if (round % 4 == 1) lost += std::size_t(!bvh.occluded(ray)); // the others are thinner than vertices are rounded
+            if (round % 4 == 1)
+                lost += std::size_t(!bvh.occluded(ray)); // the others are thinner than vertices are rounded
         }
     }
-    record({"rays", "rays through triangles -> share that misses an ancestor's box; naive: slabs without margin", double(rays),
-            double(missed + lost), double(missed) / double(rays), 0, double(naive_missed) / double(rays)});
+    record({"rays", "rays through triangles -> share that misses an ancestor's box; naive: slabs without margin",
+            double(rays), double(missed + lost), double(missed) / double(rays), 0,
+            double(naive_missed) / double(rays)});
 }
 
 TEST_CASE("rays: NaN, infinity, denormals in any field -> no hit where the ray is none") {
@@ -143,14 +146,18 @@ TEST_CASE("rays: NaN, infinity, denormals in any field -> no hit where the ray i
         Rayf ray{random.in_box<float>(-0.3, 0.3), random.in_box<float>(-1, 1)};
         const std::uint32_t field = random.below(7);
         const float value = values[random.below(field == 6 ? 1 : 3)];
-        if (field < 3) ray.origin[int(field)] = value;
-        else if (field < 6) ray.direction[int(field) - 3] = value;
-        else (random.below(2) == 0 ? ray.t_min : ray.t_max) = value;
+        if (field < 3)
+            ray.origin[int(field)] = value;
+        else if (field < 6)
+            ray.direction[int(field) - 3] = value;
+        else
+            (random.below(2) == 0 ? ray.t_min : ray.t_max) = value;
         hits += std::size_t(bool(bvh.intersect(ray))) + std::size_t(bvh.occluded(ray));
         ++rays;
         // A triangle test that refuses what is outside, instead of accepting what is inside.
         const std::array<Vec3f, 3> v = mesh.triangle(random.index(mesh.faces.size()));
-        const Vec3f e1 = v[1] - v[0], e2 = v[2] - v[0], p = cross(ray.direction, e2), s = ray.origin - v[0], q = cross(s, e1);
+        const Vec3f e1 = v[1] - v[0], e2 = v[2] - v[0], p = cross(ray.direction, e2), s = ray.origin - v[0],
+                    q = cross(s, e1);
         const float f = 1 / dot(e1, p), u = f * dot(s, p), w = f * dot(ray.direction, q), t = f * dot(e2, q);
         naive_hits += std::size_t(!(u < 0 || w < 0 || u + w > 1 || t < ray.t_min || t > ray.t_max));
         // whatever bits: the queries agree
@@ -193,6 +200,6 @@ TEST_CASE("rays: triangles of random bits -> a sound tree, sound triangles among
             failures += std::size_t(!is_black(n) && !bvh.occluded(Rayf{center - n, n, 0.5f, 1.5f}));
         }
     }
-    record({"rays", "triangles of random bits -> lost sound triangles, unsound trees; naive: boxes not finite", double(count),
-            double(failures), double(failures), 0, double(naive_dropped)});
+    record({"rays", "triangles of random bits -> lost sound triangles, unsound trees; naive: boxes not finite",
+            double(count), double(failures), double(failures), 0, double(naive_dropped)});
 }

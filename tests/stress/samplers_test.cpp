@@ -66,7 +66,9 @@ struct SkyMap {
     int width, height;
     std::vector<Vec3f> texels;
 };
-SkyMap dark(int width, int height) { return {width, height, std::vector<Vec3f>(std::size_t(width * height), Vec3f(0))}; }
+SkyMap dark(int width, int height) {
+    return {width, height, std::vector<Vec3f>(std::size_t(width * height), Vec3f(0))};
+}
 
 std::vector<SkyMap> awkward_skies() {
     std::vector<SkyMap> skies{dark(1, 1), dark(2, 1), dark(16, 8), dark(16, 8), dark(64, 32), dark(1, 7)};
@@ -108,11 +110,13 @@ TEST_CASE("samplers: tables and the last u below 1 -> an index in the table, of 
         const AliasTable table(weights);
         const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
         const Distribution1D cdf{std::span<const double>(weights)};
-        for (const float u : {0.0f, one_minus_epsilon<float>, next_down(one_minus_epsilon<float>), 0x1p-24f, random.uniform_float()}) {
+        for (const float u :
+             {0.0f, one_minus_epsilon<float>, next_down(one_minus_epsilon<float>), 0x1p-24f, random.uniform_float()}) {
             const std::size_t i = table.sample(u).index, j = cdf.sample(u).index;
             wrong += std::size_t(i >= n || j >= n || !(weights[i] > 0) || !(weights[j] > 0));
             std::size_t k = 0; // searched for in sums of floats, up to and with the last item
-            for (float running = 0; k + 1 < n && (running += float(weights[k])) < u * float(sum); ++k) {}
+            for (float running = 0; k + 1 < n && (running += float(weights[k])) < u * float(sum); ++k) {
+            }
             naive_wrong += std::size_t(!(weights[k] > 0));
             ++tries;
         }
@@ -133,11 +137,13 @@ TEST_CASE("samplers: Sobol's points -> one in each elementary interval") {
                 const auto count_wrong = [&](const auto& sampler) {
                     std::size_t bad = 0;
                     std::vector<Vec2f> points;
-                    for (std::uint32_t i = 0; i < n; ++i) points.push_back(sampler.at(5, 9, (block << k) + i).get_2d(seed));
+                    for (std::uint32_t i = 0; i < n; ++i)
+                        points.push_back(sampler.at(5, 9, (block << k) + i).get_2d(seed));
                     for (std::uint32_t a = 0; a <= k; ++a) {
                         std::vector<int> hits(n);
                         for (const Vec2f& p : points)
-                            ++hits[(std::size_t(p.x * float(1u << a)) << (k - a)) + std::size_t(p.y * float(1u << (k - a)))];
+                            ++hits[(std::size_t(p.x * float(1u << a)) << (k - a)) +
+                                   std::size_t(p.y * float(1u << (k - a)))];
                         bad += std::size_t(std::count_if(hits.begin(), hits.end(), [](int c) { return c != 1; }));
                     }
                     return bad;
@@ -217,7 +223,8 @@ TEST_CASE("environments: awkward maps -> the integral of the pdf, and MIS agains
                     const double theta = (y + 0.5) / height * pi<double>, phi = (x + 0.5) / width * 2 * pi<double>;
                     // turned as the light is: midpoints of the map's own cells
                     const double turned = phi + 40 * pi<double> / 180;
-                    const Vec3d d(std::sin(theta) * std::cos(turned), std::cos(theta), std::sin(theta) * std::sin(turned));
+                    const Vec3d d(std::sin(theta) * std::cos(turned), std::cos(theta),
+                                  std::sin(theta) * std::sin(turned));
                     const double pdf = light.pdf(d, companion);
                     integral += pdf * std::sin(theta) * cell;
                     // by the sine at the middle of the map's row instead of the direction's own
@@ -251,8 +258,8 @@ TEST_CASE("environments: awkward maps -> the integral of the pdf, and MIS agains
         worst_z = std::max(worst_z, std::abs(both.z(alone)));
         naive_z = std::max(naive_z, std::abs(unweighted.z(alone)));
     }
-    record({"environments", "directions of awkward maps -> |integral of pdf - 1|; naive: the sine of the row's middle", cells,
-            double(worst > 1e-4), worst, 1e-4, naive});
-    record({"environments", "samples of awkward maps -> z of MIS against the BSDF alone; naive: both without weights", pairs,
-            double(worst_z > max_z), worst_z, max_z, naive_z});
+    record({"environments", "directions of awkward maps -> |integral of pdf - 1|; naive: the sine of the row's middle",
+            cells, double(worst > 1e-4), worst, 1e-4, naive});
+    record({"environments", "samples of awkward maps -> z of MIS against the BSDF alone; naive: both without weights",
+            pairs, double(worst_z > max_z), worst_z, max_z, naive_z});
 }

@@ -1,5 +1,5 @@
-// Rays that leave a surface: they meet neither it, nor pass what stands close in front of it; and pictures of scenes of any
-// size and place.
+// Rays that leave a surface: they meet neither it, nor pass what stands close in front of it; and pictures of scenes of
+// any size and place.
 #include "stress/table.hpp"
 #include "support/random.hpp"
 #include "support/statistics.hpp"
@@ -28,9 +28,7 @@ namespace {
 /// its normal: no ray from the first one's rim passes beside it.
 template <class T>
 Scene<T> sheet(double size, const Vec3d& center, double gap, Random& random) {
-    const auto point = [&] {
-        return Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
-    };
+    const auto point = [&] { return Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)); };
     Scene<T> scene;
     Vec3d corner[3], normal(0);
     while (!(length(normal) > 0.3)) { // neither needles nor dust
@@ -89,8 +87,8 @@ struct Count {
 
 } // namespace
 
-TEST_CASE_TEMPLATE("Spawned rays do not meet the triangle that they leave: sizes 1e-3 to 1e3, centres 0 to 1e6", T, float,
-                   double) {
+TEST_CASE_TEMPLATE("Spawned rays do not meet the triangle that they leave: sizes 1e-3 to 1e3, centres 0 to 1e6", T,
+                   float, double) {
     SerialExecutor serial;
     Count all;
     for (const double size : {1e-3, 1e-1, 1.0, 1e1, 1e3})
@@ -111,9 +109,11 @@ TEST_CASE_TEMPLATE("Spawned rays do not meet the triangle that they leave: sizes
                 }
             }
         }
-    record({"spawned rays", sizeof(T) == 4 ? "bounces, float -> share that meets its own triangle; naive: offset of 1e-4"
-                                           : "bounces, double -> share that meets its own triangle; naive: offset of 1e-13",
-            double(all.rays), double(all.ours), double(all.ours) / double(all.rays), 0, double(all.naive) / double(all.rays)});
+    record({"spawned rays",
+            sizeof(T) == 4 ? "bounces, float -> share that meets its own triangle; naive: offset of 1e-4"
+                           : "bounces, double -> share that meets its own triangle; naive: offset of 1e-13",
+            double(all.rays), double(all.ours), double(all.ours) / double(all.rays), 0,
+            double(all.naive) / double(all.rays)});
 }
 
 TEST_CASE_TEMPLATE("No light leaks through a sheet in front at 1e-5 of the triangle's size", T, float, double) {
@@ -138,9 +138,11 @@ TEST_CASE_TEMPLATE("No light leaks through a sheet in front at 1e-5 of the trian
                 }
             }
         }
-    record({"spawned rays", sizeof(T) == 4 ? "sheets 1e-5 in front, float -> share of rays that pass; naive: offset of 1e-4"
-                                           : "sheets 1e-5 in front, double -> share of rays that pass; naive: offset of 1e-4",
-            double(all.rays), double(all.ours), double(all.ours) / double(all.rays), 0, double(all.naive) / double(all.rays)});
+    record({"spawned rays",
+            sizeof(T) == 4 ? "sheets 1e-5 in front, float -> share of rays that pass; naive: offset of 1e-4"
+                           : "sheets 1e-5 in front, double -> share of rays that pass; naive: offset of 1e-4",
+            double(all.rays), double(all.ours), double(all.ours) / double(all.rays), 0,
+            double(all.naive) / double(all.rays)});
 }
 
 namespace {
@@ -156,14 +158,17 @@ Plane<float, 3> picture(double scale, double move, bool recentred) {
         bounds.add(positions.back());
     }
     scene.positions.clear();
-    if (recentred) lambent::detail::store_positions(scene, positions, bounds);
-    else for (const Vec3d& p : positions) scene.positions.push_back(Vec3f(p));
+    if (recentred)
+        lambent::detail::store_positions(scene, positions, bounds);
+    else
+        for (const Vec3d& p : positions) scene.positions.push_back(Vec3f(p));
     Camera camera = scene.cameras[0];
     for (Vec3d* p : {&camera.eye, &camera.target}) *p = *p * scale + Vec3d(move, -move, move / 3);
     SerialExecutor serial;
     const PreparedScene<float> prepared(scene, serial);
     const int side = int(inputs(16, 64));
-    const RenderOptions options{.width = side, .height = side, .end_sample = inputs(16, 256), .planes = FilmPlanes::radiance};
+    const RenderOptions options{
+        .width = side, .height = side, .end_sample = inputs(16, 256), .planes = FilmPlanes::radiance};
     return render(prepared, camera, PathIntegrator<>{}, SobolSampler<float>(1), options, serial).radiance;
 }
 
@@ -190,13 +195,13 @@ TEST_CASE("Scenes 2^40 times larger or smaller, or a hundred thousand of their s
     const float side = float(std::exp2(40.0)) * 0.24f; // of the light; its area by the length of a cross product
     const float area = length(cross(Vec3f(side, 0, 0), Vec3f(0, 0, side)));
     naive = is_finite(area) ? 0 : 1;
-    record({"spawned rays", "scenes scaled by 2^-40 to 2^40 -> relative difference of pictures; naive: area infinite", cases,
-            double(worst > 1e-3), worst, 1e-3, naive});
+    record({"spawned rays", "scenes scaled by 2^-40 to 2^40 -> relative difference of pictures; naive: area infinite",
+            cases, double(worst > 1e-3), worst, 1e-3, naive});
     double moved = 0, moves = 0;
     for (const double move : {-1e5, 1e3, 99999.7, 1e5}) {
         moved = std::max(moved, difference(picture(1, move, true), home));
         ++moves;
     }
-    record({"spawned rays", "scenes moved by up to 1e5 sizes -> relative difference of pictures; naive: not recentred", moves,
-            double(moved > 1e-3), moved, 1e-3, difference(picture(1, 1e5, false), home)});
+    record({"spawned rays", "scenes moved by up to 1e5 sizes -> relative difference of pictures; naive: not recentred",
+            moves, double(moved > 1e-3), moved, 1e-3, difference(picture(1, 1e5, false), home)});
 }

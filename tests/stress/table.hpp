@@ -31,7 +31,7 @@ struct StressRow {
 
 /// Prints a line of the table, and checks it: no failures, a figure within its bound, a naive one beyond it.
 inline void record(const StressRow& row) {
-    std::printf("STRESS %-13s | %-74s | %9.3g | %8.0f | %9.2e | %8.1e | %9.2e\n", row.subject, row.property, row.inputs,
+    std::printf("STRESS %-13s | %-88s | %9.3g | %8.0f | %9.2e | %8.1e | %9.2e\n", row.subject, row.property, row.inputs,
                 row.failures, row.worst, row.bound, row.naive);
     std::fflush(stdout);
     CAPTURE(row.property);

@@ -8,6 +8,7 @@ struct LayoutReport {
     std::string flags;
     int lanes = 0;
     bool fma = false;
-    std::vector<std::uint32_t> points, slabs, primitives; ///< of samplers, of 729 slab cases in whole numbers, of rays hit
-    std::vector<float> film, t, lines, windows;           ///< sums of samples, rays' distances, images filtered
+    std::vector<std::uint32_t> points, slabs,
+        primitives;                             ///< of samplers, of 729 slab cases in whole numbers, of rays hit
+    std::vector<float> film, t, lines, windows; ///< sums of samples, rays' distances, images filtered
 };

@@ -1,12 +1,12 @@
 // One unit of the program of main.cpp; LAMBENT_UNIT names its function.
 #include "stress/layouts/report.hpp"
+#include <bit>
+#include <cstddef>
 #include <lambent/bvh/bvh.hpp>
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/film/film.hpp>
 #include <lambent/sampling/sobol.hpp>
 #include <lambent/sampling/stratified.hpp>
-#include <bit>
-#include <cstddef>
 
 #define LAMBENT_TEXT_(x) #x
 #define LAMBENT_TEXT(x) LAMBENT_TEXT_(x)
@@ -48,15 +48,17 @@ void work_on_samples(LayoutReport& report) {
     for (const auto& block : film.blocks()) report.film.insert(report.film.end(), block.sums.begin(), block.sums.end());
 }
 
-/// All directions with components of -1, 0 and 1 and zeros of either sign, from a cube's planes, edges and corners: their
-/// distances are whole numbers.
+/// All directions with components of -1, 0 and 1 and zeros of either sign, from a cube's planes, edges and corners:
+/// their distances are whole numbers.
 void work_on_slabs(LayoutReport& report) {
     std::vector<Vec3f> vertices;
     std::vector<UVec3> faces;
     for (int i = 0; i < 8; ++i)
-        vertices.push_back(Vec3f((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1) + Vec3f(1, -2, 0));
-    for (const auto& q : {UVec3(0, 4, 6), UVec3(0, 6, 2), UVec3(5, 1, 3), UVec3(5, 3, 7), UVec3(0, 1, 5), UVec3(0, 5, 4), UVec3(6, 7, 3),
-                          UVec3(6, 3, 2), UVec3(1, 0, 2), UVec3(1, 2, 3), UVec3(4, 5, 7), UVec3(4, 7, 6)})
+        vertices.push_back(Vec3f((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1) +
+                           Vec3f(1, -2, 0));
+    for (const auto& q :
+         {UVec3(0, 4, 6), UVec3(0, 6, 2), UVec3(5, 1, 3), UVec3(5, 3, 7), UVec3(0, 1, 5), UVec3(0, 5, 4),
+          UVec3(6, 7, 3), UVec3(6, 3, 2), UVec3(1, 0, 2), UVec3(1, 2, 3), UVec3(4, 5, 7), UVec3(4, 7, 6)})
         faces.push_back(q);
     const Bvh bvh = Bvh::build(triangles(vertices, faces));
     for (int i = 0; i < 729; ++i)
@@ -99,10 +101,12 @@ void work_on_images(LayoutReport& report) {
     for (float& v : image.values()) v = numbers.next() * (numbers.next() < 0.05f ? 20.0f : 1.0f);
     for (float& v : guide.values()) v = numbers.next();
     SerialExecutor serial;
-    for (const auto form : {BilateralForm::separable, BilateralForm::separable_reuse, BilateralForm::naive_2d, BilateralForm::reuse_2d}) {
-        cross_bilateral<float>(image.view(), out.view(), {.kernel = 17, .sigma_illumination = 0.7, .form = form}, serial,
-                               DistanceFeature<float>(guide.view(), 0.5));
-        auto& to = form == BilateralForm::separable || form == BilateralForm::separable_reuse ? report.lines : report.windows;
+    for (const auto form :
+         {BilateralForm::separable, BilateralForm::separable_reuse, BilateralForm::naive_2d, BilateralForm::reuse_2d}) {
+        cross_bilateral<float>(image.view(), out.view(), {.kernel = 17, .sigma_illumination = 0.7, .form = form},
+                               serial, DistanceFeature<float>(guide.view(), 0.5));
+        auto& to =
+            form == BilateralForm::separable || form == BilateralForm::separable_reuse ? report.lines : report.windows;
         to.insert(to.end(), out.values().begin(), out.values().end());
     }
 }
@@ -110,7 +114,8 @@ void work_on_images(LayoutReport& report) {
 } // namespace
 
 LayoutReport LAMBENT_UNIT() {
-    LayoutReport report{LAMBENT_TEXT(LAMBENT_ABI), native_width<float>, LAMBENT_HAS_FMA != 0, {}, {}, {}, {}, {}, {}, {}};
+    LayoutReport report{
+        LAMBENT_TEXT(LAMBENT_ABI), native_width<float>, LAMBENT_HAS_FMA != 0, {}, {}, {}, {}, {}, {}, {}};
     work_on_samples(report);
     work_on_slabs(report);
     work_on_rays(report);
