@@ -10,6 +10,7 @@
 #include <doctest/doctest.h>
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/denoise/denoise.hpp>
+#include <lambent/denoise/restore_energy.hpp>
 #include <limits>
 #include <vector>
 
@@ -207,6 +208,21 @@ TEST_CASE("filters: images turned by 90 degrees -> the result turned, but for ro
     }
     record({"filters", "images turned -> relative difference of windows; naive: of lines, rows first", images,
             double(worst > 1e-5), worst, 1e-5, asymmetry});
+}
+
+TEST_CASE("filters: light that lacks by twice its noise -> half of it comes back") {
+    // A lack of 0.01 a pixel under noise of 0.08, of both signs by turns: over 256 pixels four times its variance.
+    constexpr int side = 16;
+    constexpr double lack = 0.01, noise = 0.08;
+    Plane<double, 3> image(side, side, 1.0), noisy(side, side);
+    for (int y = 0; y < side; ++y)
+        for (int x = 0; x < side; ++x) noisy.view().store(x, y, Vec3d(1 + lack + ((x + y) % 2 == 0 ? noise : -noise)));
+    restore_energy<double>(image.view(), noisy.view());
+    double mean = 0;
+    for (const double v : image.values()) mean += v / double(image.values().size());
+    const double off = std::abs((mean - 1) / lack - 0.5);
+    record({"filters", "light lacking by two deviations -> share given back, off a half; naive: all of it", side * side,
+            double(off > 0.01), off, 0.01, 0.5});
 }
 
 TEST_CASE("filters: frames of every awkward size -> finite, and the chain's bad pixels stay near") {
