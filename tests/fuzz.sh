@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds the libFuzzer targets of tests/fuzz with address and undefined-behaviour sanitizers, seeds each with the shared
 # scenes' files of its kind, and runs it.
-#   sh tests/fuzz.sh [EXECUTIONS [TARGET...]]      1000000 of all; TARGET as exr, gltf, image, obj, mtl
+#   sh tests/fuzz.sh [EXECUTIONS [TARGET...]]      1000000 of all; TARGET as exr, film, gltf, image, mtl, obj, tree
 # A finding stops its target and lies in build/fuzz/findings. Last line: "N passed, N failed".
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
@@ -31,7 +31,7 @@ build() { # NAME SOURCE flags...
     name=$1 source=$2
     shift 2
     # shellcheck disable=SC2086  # lists of words
-    "$clang" -std=c++20 -O1 -g -fno-omit-frame-pointer $sanitizers -Iinclude -Itests "$source" -o "$work/$name" "$@" \
+    "$clang" -std=c++20 -O1 -g -Wno-psabi -fno-omit-frame-pointer $sanitizers -Iinclude -Itests "$source" -o "$work/$name" "$@" \
         -Wl,--as-needed $exr -ltinygltf -lpthread
 }
 seed() { # TARGET extensions...
@@ -57,6 +57,11 @@ for target in "$@"; do
     exr)
         seed exr exr
         make_seeds exr
+        length=16384
+        ;;
+    film | tree)
+        seed "$target" none
+        make_seeds "$target"
         length=16384
         ;;
     gltf) seed gltf gltf glb ;;

@@ -1,9 +1,11 @@
 #!/bin/sh
-# Rays at edges and vertices in any number, under compiler flags that round differently and in every SIMD layout; then
-# radiance with a closed form by every sampler and strategy, and means of the reference scenes.
+# The stress suite in full, about an hour on two processors: rays at edges and vertices in any number, under compiler
+# flags that round differently and in every SIMD layout; every property of tests/stress, a hundred times as large as in
+# the quick suite; radiance with a closed form by every sampler and strategy, and means of the reference scenes.
 #   sh tests/stress.sh [--rays TOTAL] [--jobs N] [--seed S]     1e9 rays, as many jobs as processors, seed 1
-# Builds in build/stress. Prints what each program did, then a line for each, and last "N passed, N failed".
-# CXX and CXXFLAGS count; the flags of a set come after those.
+# Builds in build/stress. Prints what each program did; then the table of properties, with the figure of the textbook's
+# way beside ours; a line for each set of flags; and last "N passed, N failed". The table is build/stress/properties.txt
+# too. CXX and CXXFLAGS count; the flags of a set come after those.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 rays=1e9
@@ -74,7 +76,7 @@ while read -r name flags; do
     ' "$work/$name.log" >>"$work/table"
 done <"$work/sets"
 
-# The light: what the suite leaves out for its time. Each a function that builds and runs it.
+# What the suite leaves out for its time. Each a function that builds and runs it.
 light() {
     name=$1
     echo "== $name"
@@ -94,9 +96,37 @@ means() {
         cmake --build "$work/means_build" --parallel "$jobs" --target test_reference &&
         "$work/means_build/tests/test_reference" --no-skip --test-case='stress:*' --duration
 }
+# Every property, by the programs of the quick suite in their full size.
+properties() {
+    cmake -S . -B "$work/means_build" -G Ninja -D CMAKE_BUILD_TYPE=Release -D LAMBENT_NATIVE=ON &&
+        cmake --build "$work/means_build" --parallel "$jobs" --target test_stress render denoise merge &&
+        LAMBENT_STRESS=full "$work/means_build/tests/test_stress" --duration
+}
+files() {
+    programs=$work/means_build/examples
+    sh tests/stress/files.sh "$programs/render" "$programs/denoise" "$programs/merge"
+}
+layouts() {
+    [ "$(uname -m)" = x86_64 ] || { echo "SKIPPED: layouts: not an x86" && return; }
+    for unit in 'sse2 -march=x86-64' 'avx -mavx' 'avx2 -mavx2 -mfma' 'avx512 -mavx512f -mavx512vl -mavx512dq -mavx512bw -mfma'; do
+        name=${unit%% *}
+        # shellcheck disable=SC2086
+        ${CXX:-g++} -std=c++20 -Wno-psabi ${CXXFLAGS:-} -O2 ${unit#* } -D LAMBENT_UNIT="${name}_report" -I include -I tests \
+            -c tests/stress/layouts/unit.cpp -o "$work/$name.o"
+    done
+    ${CXX:-g++} -std=c++20 ${CXXFLAGS:-} -O2 -D LAMBENT_ALL_LAYOUTS -I tests tests/stress/layouts/main.cpp "$work"/sse2.o \
+        "$work"/avx.o "$work"/avx2.o "$work"/avx512.o -pthread -o "$work/layouts_program" && "$work/layouts_program"
+}
+light properties
+light files
+light layouts
 light closed_forms
 light means
 
+echo
+cat "$work"/*.log | sed -n 's/^STRESS //p' >"$work/properties.txt"
+printf '%-13s | %-88s | %9s | %8s | %9s | %8s | %9s\n' subject 'inputs -> figure; naive' inputs failures worst bound naive
+cat "$work/properties.txt"
 echo
 printf '%-40s %12s %7s %11s %9s %6s %9s\n' flags rays misses counted doubles even plain/1e6
 cat "$work/table"

@@ -181,6 +181,8 @@ TEST_CASE("What is wrong with saved bytes is said") {
     CHECK(with_node(0, [&](Node& n) { n.child[inner] = 0x40000000u; }) == "load: node 0 has a child out of range");
     CHECK(with_node(0, [&](Node& n) { n.child[inner] = Child::leaf_bit | Child::index_mask; }) ==
           "load: node 0 has a leaf out of range");
+    const int other = inner == 0 ? 1 : 0; // two ways to one node: a chain of such would take rays for ever
+    CHECK(with_node(0, [&](Node& n) { n.child[other] = n.child[inner]; }) == "load: node 0 has another node's child");
     CHECK(with_node(0, [&](Node& n) { n.plane[2][inner] = std::numeric_limits<float>::quiet_NaN(); }) ==
           "load: node 0 has a box that is none");
     CHECK(with_node(0, [&](Node& n) { std::swap(n.plane[2][inner], n.plane[3][inner]); }) ==
@@ -189,7 +191,7 @@ TEST_CASE("What is wrong with saved bytes is said") {
               for (int p = 0; p < 6; ++p) n.plane[p][inner] = p % 2 == 0 ? INFINITY : -INFINITY;
               n.child[inner] = Child::leaf_bit;
           }).find("is nobody's child") != std::string::npos);
-    CHECK(with_node(1, [&](Node& n) { n.child[0] = Child::leaf_bit; }) != "");
+    CHECK(with_node(1, [&](Node& n) { n.child[0] = n.child[1]; }) != "");
 
     std::vector<std::byte> damaged = bytes;
     damaged[damaged.size() / 2] ^= std::byte(1);

@@ -264,6 +264,7 @@ TEST_CASE("sums that overflow resolve to finite numbers") {
     CHECK(film.rejected() == 0);
     CHECK(all_finite(frame));
     CHECK(frame.radiance.load(0, 0).x > 1e36f);
+    CHECK(all_finite(film_of(0, 3, some_sample).resolve(Vec3d(1e39, -1e300, 0)))); // positions that float cannot hold
     CHECK(frame.variance.load(0, 0).x >= 0);
 }
 

@@ -125,6 +125,8 @@ TEST_CASE("film file: what a hostile header claims is refused with its numbers, 
     CHECK(claim(44, 3).find("3 blocks") != std::string::npos);
     const std::size_t pairs = 16 + 24 + 16 + 13 * 8;
     CHECK(claim(pairs, 0xffffffffu).find("cut short") != std::string::npos);
+    CHECK(claim(60, 0x7ff80000u).find("not a finite number") != std::string::npos);         // the eye, NaN
+    CHECK(claim(pairs - 4, 0xfff00000u).find("not a finite number") != std::string::npos);  // the origin, infinite
     CHECK(claim(pairs + 4, 0xfffffff0u).find("4294967280 more bytes") != std::string::npos);
 
     CHECK(refusal(folder.file("none.film")).find("no such file") != std::string::npos);

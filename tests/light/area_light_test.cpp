@@ -79,6 +79,16 @@ TEST_CASE("triangle light: irradiance is Lambert's formula, 1/pdf means the soli
     }
 }
 
+TEST_CASE("triangle light: areas whose squares float cannot hold") {
+    for (const int power : {-60, -40, 0, 40, 60}) {
+        const float side = std::ldexp(1.0f, power);
+        const TriangleLight<float> light({Vec3f(0), Vec3f(side, 0, 0), Vec3f(0, side, 0)});
+        CAPTURE(power);
+        CHECK(light.area() == std::ldexp(0.5f, 2 * power));
+        CHECK(light.normal() == Vec3f(0, 0, 1));
+    }
+}
+
 TEST_CASE("triangle light: which side is the front, and none from the edge on") {
     const TriangleLight<float> light({Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{0, 1, 0}}); // front towards +z
     Vec2f b;

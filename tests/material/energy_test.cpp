@@ -1,3 +1,4 @@
+#include "material/scattered.hpp"
 #include "support/directions.hpp"
 #include "support/random.hpp"
 #include <algorithm>
@@ -10,19 +11,6 @@ using namespace lambent;
 using namespace lambent_test;
 
 namespace {
-
-/// Share of the energy from wo that is scattered: the mean weight over evenly spread samples.
-template <class T>
-Vec3d scattered(const StandardPoint<T>& point, const Vec3d& wo, int n) {
-    const StandardBsdf<T> bsdf(point);
-    Vec3d sum(0);
-    for (int i = 0; i < n; ++i) {
-        const CubePoint c(i);
-        const auto s = bsdf.sample(Vec3<T>(wo), T(c.pick), Vec2<T>(c.u));
-        if (s.pdf > 0) sum += Vec3d(s.weight) * double(s.eta_scale);
-    }
-    return sum / double(n);
-}
 
 /// Any material at all.
 StandardPoint<double> any_point(Random& random) {

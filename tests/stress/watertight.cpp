@@ -1,9 +1,10 @@
 // Rays in any number at edges and vertices of closed meshes, each by one query: every one must hit.
 //   watertight [--rays N] [--seed S]
-// Prints a table by tree and one by place, what own_edges makes of double hits, and what a plain triangle test misses
-// of such rays. Last line "N rays, M misses". Status 1 if there are misses, or if with own_edges a ray leaves a closed
-// mesh an even number of times, or if the plain test misses nothing. Where denormals are flushed to zero (-ffast-math),
-// edges are not owned at 2^-50 (see facing.hpp): nothing is counted there. tests/stress.sh runs it under many flags.
+// Prints a table by tree and one by place, what own_edges makes of double hits, what a plain triangle test misses of
+// such rays, and a line of the stress suite's table. Last line "N rays, M misses". Status 1 if there are misses, or if
+// with own_edges a ray leaves a closed mesh an even number of times, or if the plain test misses nothing. Where
+// denormals are flushed to zero (-ffast-math), edges are not owned at 2^-50 (see facing.hpp): nothing is counted there.
+// tests/stress.sh runs it under many flags.
 #include "support/aimed_rays.hpp"
 #include "support/random.hpp"
 #include <lambent/bvh/compact.hpp>
@@ -272,6 +273,10 @@ int main(int argc, char** argv) {
     const std::size_t plain = plain_misses(plain_rays, random);
     std::printf("Moeller and Trumbore's test misses %zu of %zu such rays: %.1f of a million\n", plain, plain_rays,
                 1e6 * double(plain) / double(plain_rays));
+    std::printf("STRESS %-13s | %-88s | %9.3g | %8zu | %9.2e | %8.1e | %9.2e\n", "rays",
+                "rays at edges and vertices -> share that gets through; naive: Moeller and Trumbore",
+                double(total.all_rays()), total.failures(), double(total.all_misses()) / double(total.all_rays()), 0.0,
+                double(plain) / double(plain_rays));
     if (plain == 0) std::printf("FAILED: these rays find no cracks\n");
     std::printf("%zu rays, %zu misses\n", total.all_rays(), total.all_misses());
     return total.failures() > 0 || plain == 0 ? 1 : 0;

@@ -49,10 +49,9 @@ public:
         return std::size_t(std::clamp(int(ring), 0, rings - 1) * sectors + std::clamp(int(sector), 0, sectors - 1));
     }
 
-    /// Integral of a density per solid angle over each bin, by midpoints.
+    /// Integral of a density per solid angle over each bin, by fine² midpoints.
     template <class Pdf>
-    std::vector<double> integrals(Pdf&& pdf) const {
-        constexpr int fine = 24;
+    std::vector<double> integrals(Pdf&& pdf, int fine = 24) const {
         std::vector<double> out(rings * sectors);
         for (int i = 0; i < rings * fine; ++i)
             for (int j = 0; j < sectors * fine; ++j) {

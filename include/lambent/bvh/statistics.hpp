@@ -1,8 +1,10 @@
 #pragma once
 #include <lambent/bvh/bvh.hpp>
-
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -30,7 +32,7 @@ struct BvhStatistics {
     }
 };
 
-/// cost  a walk over the whole tree
+/// cost  a walk over the whole tree, and a sort of its primitives' indices
 template <class T, class Leaves>
 BvhStatistics statistics(const BasicBvh<T, Leaves>& bvh) {
     using detail::Child;
@@ -39,19 +41,17 @@ BvhStatistics statistics(const BasicBvh<T, Leaves>& bvh) {
     BvhStatistics s;
     s.nodes = tree.nodes.size();
     s.blocks = tree.blocks.size();
-    std::vector<bool> seen(bvh.source_count());
+    std::vector<std::uint32_t> ids; // as many as there are, not as many as a loaded tree says its source had
     for (const auto& block : tree.blocks)
-        for (const std::uint32_t id : block.primitive) {
-            if (id == no_primitive) continue;
-            const std::size_t primitive = id & ~detail::hidden_bit;
-            if (seen[primitive]) {
-                ++s.duplicates;
-                continue;
-            }
-            seen[primitive] = true;
-            ++s.triangles;
-            s.hidden += std::size_t((id & detail::hidden_bit) != 0);
-        }
+        std::copy_if(std::begin(block.primitive), std::end(block.primitive), std::back_inserter(ids),
+                     [](std::uint32_t id) { return id != no_primitive; });
+    const std::size_t places = ids.size();
+    const auto primitive = [](std::uint32_t id) { return id & ~detail::hidden_bit; };
+    std::sort(ids.begin(), ids.end(), [&](auto a, auto b) { return primitive(a) < primitive(b); });
+    ids.erase(std::unique(ids.begin(), ids.end(), [&](auto a, auto b) { return primitive(a) == primitive(b); }), ids.end());
+    s.triangles = ids.size();
+    s.duplicates = places - s.triangles;
+    s.hidden = std::size_t(std::count_if(ids.begin(), ids.end(), [](auto id) { return (id & detail::hidden_bit) != 0; }));
     s.dropped = tree.dropped;
     s.node_bytes = s.nodes * sizeof(detail::WideNode<T>);
     s.block_bytes = s.blocks * sizeof(typename Leaves::Block);

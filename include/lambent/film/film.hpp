@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -308,11 +309,17 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
             if (depth_deviation >= 0 && n > 1)
                 frame.depth_variance.view().store(x, y, stored(sums[std::size_t(depth_deviation)] / (n * (n - 1))));
             if (!(hits > 0)) continue;
-            if (layout.position >= 0)
-                frame.position.view().store(x, y, Vec3<T>(Vec3d(mean3(layout.position, hits)) + position_offset));
+            if (layout.position >= 0) {
+                const Vec3d p = Vec3d(mean3(layout.position, hits)) + position_offset;
+                frame.position.view().store(x, y, Vec3<T>(stored(p.x), stored(p.y), stored(p.z)));
+            }
             if (layout.depth >= 0) frame.depth.view().store(x, y, stored(sums[std::size_t(layout.depth)] / hits));
         }
-    if (contains(planes_, FilmPlanes::illumination)) demodulate(frame);
+    if (contains(planes_, FilmPlanes::illumination)) {
+        demodulate(frame); // divides by albedos down to a thousandth
+        for (T& v : frame.illumination.values())
+            if (!is_finite(v)) v = std::copysign(std::numeric_limits<T>::max(), v);
+    }
     return frame;
 }
 

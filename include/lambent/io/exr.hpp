@@ -8,11 +8,14 @@
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <cstddef>
+#include <cstdint>
+#include <cstdio>
 #include <exception>
 #include <map>
 #include <string>
@@ -22,6 +25,32 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
+
+/// A file for OpenEXR to write to. It swallows what goes wrong in the end, when it puts its table of offsets in place and
+/// what the system's buffer holds: this remembers.
+class ExrFile final : public Imf::OStream {
+public:
+    explicit ExrFile(const std::string& name) : Imf::OStream(name.c_str()), file_(std::fopen(name.c_str(), "wb")) {
+        require(file_ != nullptr, "cannot be opened for writing");
+    }
+    void write(const char c[], int n) override { check(std::fwrite(c, 1, std::size_t(n), file_.get()) == std::size_t(n)); }
+    std::uint64_t tellp() override { return std::uint64_t(std::ftell(file_.get())); }
+    void seekp(std::uint64_t position) override { check(std::fseek(file_.get(), long(position), SEEK_SET) == 0); }
+
+    /// throws lambent::Error unless all has been written
+    void close() {
+        check(std::fclose(file_.release()) == 0);
+        check(!failed_);
+    }
+
+private:
+    void check(bool good) {
+        failed_ = failed_ || !good;
+        require(good, "cannot be written; is the disk full?");
+    }
+    OpenFile file_;
+    bool failed_ = false;
+};
 
 /// The nearest half, ±65504 for whatever lies beyond; NaN stays NaN.
 inline Imath::half saturated_half(float x) {
@@ -83,9 +112,13 @@ inline void write_exr(const std::string& path, const ExrImage& image) {
                 frame.insert(channel.name, Imf::Slice::Make(Imf::FLOAT, channel.values.data(), header.dataWindow()));
             }
         }
-        Imf::OutputFile file(pending.name().c_str(), header);
-        file.setFrameBuffer(frame);
-        file.writePixels(image.height);
+        detail::ExrFile out(pending.name());
+        {
+            Imf::OutputFile file(out, header);
+            file.setFrameBuffer(frame);
+            file.writePixels(image.height);
+        }
+        out.close();
     } catch (const std::exception& error) {
         fail(path + ": " + error.what());
     }

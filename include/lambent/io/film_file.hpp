@@ -237,7 +237,10 @@ FilmState<T> read_film(const std::string& path) {
             [&] { return path + ": unknown planes " + std::to_string(plane_bits); });
     require(blocks <= 64, [&] { return path + ": " + std::to_string(blocks) + " blocks of samples are too many"; });
     const auto planes = FilmPlanes(plane_bits);
-    detail::each_film_number(state, [&](double& number) { number = in.value<double>(); });
+    detail::each_film_number(state, [&](double& number) {
+        number = in.value<double>();
+        require(is_finite(number), [&] { return path + ": the camera or the origin is not a finite number"; });
+    });
     state.identity = in.pairs();
     state.settings = in.pairs();
 

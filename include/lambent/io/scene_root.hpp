@@ -25,7 +25,9 @@ inline std::string root_of(const std::string& path, const LoadOptions& options) 
 inline bool is_inside(const std::string& root, const std::string& file) {
     std::error_code error;
     const std::filesystem::path top = std::filesystem::weakly_canonical(root, error);
-    const std::filesystem::path real = error ? top : std::filesystem::weakly_canonical(file, error);
+    // Absolute first: of a relative name of which nothing exists, it would give just that.
+    const std::filesystem::path whole = error ? top : std::filesystem::absolute(file, error);
+    const std::filesystem::path real = error ? top : std::filesystem::weakly_canonical(whole, error);
     return !error && std::mismatch(top.begin(), top.end(), real.begin(), real.end()).first == top.end();
 }
 

@@ -4,6 +4,7 @@
 #include <lambent/light/light_sample.hpp>
 #include <lambent/sampling/warp.hpp>
 #include <array>
+#include <cmath>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -25,10 +26,18 @@ class TriangleLight {
 public:
     explicit TriangleLight(const std::array<Vec3<T>, 3>& vertices) : vertices_(vertices) {
         const Vec3<T> doubled_area = robust_cross(vertices[1] - vertices[0], vertices[2] - vertices[0]);
-        const T size = length(doubled_area);
-        if (!(size > 0)) return;
-        normal_ = doubled_area / size;
-        area_ = size / 2;
+        const T size2 = dot(doubled_area, doubled_area);
+        if (size2 > T(1e-30) && size2 < T(1e30)) {
+            const T size = std::sqrt(size2);
+            normal_ = doubled_area / size;
+            area_ = size / 2;
+            return;
+        }
+        const T largest = max_component(abs(doubled_area)); // whose square may be 0 or infinite
+        if (!(largest > 0) || !is_finite(largest)) return;
+        const Vec3<T> direction = doubled_area / largest;
+        normal_ = normalize(direction);
+        area_ = largest * (length(direction) / 2);
     }
 
     const std::array<Vec3<T>, 3>& vertices() const { return vertices_; }

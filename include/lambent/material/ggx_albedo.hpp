@@ -19,7 +19,7 @@ inline Vec2f ggx_albedo(float cosine, float roughness) {
         const Ggx<double> facets{root * root};
         const Vec3d wo(std::sqrt((1 - mu) * (1 + mu)), 0, mu);
         const double so = facets.stretched(wo), factor = facets.bounded_factor(wo, so);
-        constexpr int n = 144, step = 89; // Fibonacci's lattice, over half of the azimuths: the others mirror them
+        constexpr int n = 377, step = 233; // Fibonacci's lattice, over half of the azimuths: the others mirror them
         Vec2d sum(0);
         for (int i = 0; i < n; ++i) {
             const Vec3d m = facets.sample_bounded(wo, Vec2d((i * step % n + 0.5) / (2 * n), (i + 0.5) / n));

@@ -179,8 +179,12 @@ private:
         path.throughput *= bounce.weight;
         path.eta_scale *= bounce.eta_scale;
         ++path.depth;
+        if (!is_finite(path.throughput)) { // by components: a maximum may pass over a NaN
+            path.result.radiance += path.throughput; // so the film counts the sample, and takes nothing of it
+            return;
+        }
         const T strength = max_component(path.throughput) * path.eta_scale;
-        if (!(strength > 0) || !is_finite(strength)) return;
+        if (!(strength > 0)) return;
         if (path.depth >= options.roulette_depth) {
             const T survival = std::clamp(strength, T(0.05), T(0.99)); // white mazes end too
             if (!(stream.get_1d(base + dimensions::roulette) < survival)) return;
