@@ -50,6 +50,7 @@ std::map<std::string, std::string> identity_of(const Options& o, const Scene<flo
     char hash[20];
     std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(fingerprint(scene)));
     return {{"scene", std::string("content ") + hash},
+            {"error target", o.error_target > 0 ? text_of(o.error_target) : "none"},
             {"camera", text_of(camera)},
             {"integrator", integrator_of(o)},
             {"sampler", sampler_of(o)},

@@ -16,6 +16,12 @@ double peak_mib() {
     return double(usage.ru_maxrss) / 1024;
 }
 
+std::string shortened(double number) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", number);
+    return text;
+}
+
 std::string json_list(const std::vector<std::string>& words) {
     std::string text;
     for (const std::string& word : words) text.append(text.empty() ? "\"" : ", \"").append(word).append("\"");
@@ -63,12 +69,16 @@ void print_report(const RunReport& r, const std::vector<std::string>& files) {
     std::printf("triangles        %zu (%zu dropped), %zu spheres, %zu lights\n", r.triangles, r.dropped, r.spheres, r.lights);
     std::printf("seconds          load %.3f, build %.3f, render %.3f, denoise %.3f, write %.3f\n", r.load_s, r.build_s,
                 r.render_s, r.image.denoise_s, r.write_s);
-    std::printf("samples          %llu a pixel, %.3f Msamples/s, %.3f Mrays/s on %u threads\n",
-                static_cast<unsigned long long>(r.spp), per_second(double(r.samples), r.render_s) * 1e-6,
+    const std::string spp = r.min_spp == r.spp ? std::to_string(r.spp) + " a pixel"
+                                               : std::to_string(r.min_spp) + " to " + std::to_string(r.spp) +
+                                                     " a pixel, " + shortened(r.mean_spp) + " on average";
+    std::printf("samples          %s, %.3f Msamples/s, %.3f Mrays/s on %u threads\n", spp.c_str(), per_second(double(r.samples), r.render_s) * 1e-6,
                 per_second(double(r.rays.closest + r.rays.shadow), r.render_s) * 1e-6, r.threads);
     if (r.rejected > 0)
         std::printf("rejected         %llu samples were not finite\n", static_cast<unsigned long long>(r.rejected));
-    if (r.image.estimated_error >= 0) std::printf("estimated error  %.4f\n", r.image.estimated_error);
+    if (r.image.estimated_error >= 0)
+        std::printf("estimated error  %.4f%s\n", r.image.estimated_error,
+                    r.error_target > 0 ? (" for a target of " + shortened(r.error_target)).c_str() : "");
     else std::printf("estimated error  unknown: it takes two samples a pixel\n");
     std::string names;
     for (const std::string& file : files) names.append(names.empty() ? "" : ", ").append(file);
@@ -102,6 +112,9 @@ void write_stats(const std::string& path, const RunReport& r) {
     number("mrays_per_s", per_second(double(r.rays.closest + r.rays.shadow), r.render_s) * 1e-6);
     count("threads", r.threads);
     count("spp", r.spp);
+    count("spp_min", r.min_spp);
+    number("spp_mean", r.mean_spp);
+    if (r.error_target > 0) number("error_target", r.error_target);
     count("rejected", r.rejected);
     number("peak_mib", peak_mib());
     std::fprintf(file.get(), "  \"facts\": %s,\n  \"skipped\": %s,\n", json_list(r.facts).c_str(), json_list(r.skipped).c_str());

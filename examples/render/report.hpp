@@ -11,7 +11,10 @@ struct RunReport {
     std::size_t triangles = 0, dropped = 0, spheres = 0, lights = 0;
     double load_s = 0, build_s = 0, render_s = 0, write_s = 0, total_s = 0; ///< beside image.denoise_s
     std::uint64_t samples = 0; ///< of all pixels, in this run
-    std::uint64_t spp = 0;     ///< in the film, with those that it was resumed with
+    std::uint64_t spp = 0;     ///< in the film, with those that it was resumed with: the most that a pixel has
+    std::uint64_t min_spp = 0;
+    double mean_spp = 0;
+    double error_target = 0;   ///< 0 = none
     std::uint64_t rejected = 0;
     lambent::RayCounts rays;
     unsigned threads = 0;

@@ -36,7 +36,7 @@ template <class Stop>
 Film<float> pass_of(std::uint64_t begin, std::uint64_t end, Stop&& stop) {
     std::vector<std::uint8_t> active(side * side);
     for (std::size_t p = 0; p < active.size(); ++p) active[p] = stop(p) > begin;
-    FilmPass<float> pass(side, side, FilmPlanes::statistics, begin, end, ActivePixels(active.data(), side, side));
+    FilmPass<float> pass(side, side, FilmPlanes::all, begin, end, ActivePixels(active.data(), side, side));
     for (std::size_t p = 0; p < active.size(); ++p) {
         if (active[p] == 0) continue;
         FilmPass<float>::Pixel pixel(pass, int(p % side), int(p / side));
@@ -74,7 +74,7 @@ bool same_pixel(const PixelData<float>& a, const PixelData<float>& b, std::size_
            same_pixel(a.illumination, b.illumination, p) && same_pixel(a.normal, b.normal, p) &&
            same_pixel(a.depth, b.depth, p) && same_pixel(a.alpha, b.alpha, p) && same_pixel(a.samples, b.samples, p) &&
            same_pixel(a.material, b.material, p) && same_pixel(a.root_direct_variance, b.root_direct_variance, p) &&
-           same_pixel(a.depth_variance, b.depth_variance, p);
+           same_pixel(a.depth_variance, b.depth_variance, p) && same_pixel(a.halves, b.halves, p);
 }
 
 /// Whether every pixel is to the bit that of a film of its own number of samples.

@@ -26,7 +26,7 @@ inline namespace LAMBENT_ABI {
 /// The samples of one film need not be contiguous; no sample is in twice.
 /// A pixel may stop at a power of two: then it holds those samples of the blocks that lie below it, and all its numbers
 /// are to the bit those of a film of so many samples. It never goes on.
-/// memory  width · height · (7 to 45 by the planes) · sizeof(T) for each block: one where their number is a power
+/// memory  width · height · (7 to 48 by the planes) · sizeof(T) for each block: one where their number is a power
 ///         of two, at most log2 of it for samples from 0 on; a byte a pixel where one has stopped
 template <class T>
 class Film {
@@ -344,6 +344,7 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
     }
     if (layout.direct >= 0) frame.direct.allocate(width_, height_);
     if (layout.indirect >= 0) frame.indirect.allocate(width_, height_);
+    if (layout.halves >= 0) frame.halves.allocate(width_, height_);
     const int depth_deviation = layout.deviation_of(layout.depth);
     if (depth_deviation >= 0) frame.depth_variance.allocate(width_, height_);
     if (blocks_.empty()) return frame;
@@ -382,6 +383,7 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
             if (!material_.empty()) frame.material.view().store(x, y, T(material_[pixel]));
             if (layout.direct >= 0) frame.direct.view().store(x, y, mean3(layout.direct, n));
             if (layout.indirect >= 0) frame.indirect.view().store(x, y, mean3(layout.indirect, n));
+            if (layout.halves >= 0) frame.halves.view().store(x, y, mean3(layout.halves, 1));
             for (const Part& part : parts) {
                 if (part.variance->view().absent()) continue;
                 if (part.mean != nullptr) part.mean->view().store(x, y, mean3(part.sum, n));

@@ -24,7 +24,9 @@ enum class FilmPlanes : std::uint16_t {
     features = 127,                               ///< all of the above
     light_moments = 128,                          ///< direct and indirect light; moments of their roots
     feature_moments = 256 | albedo | normal | depth, ///< their variances
-    statistics = features | light_moments | feature_moments ///< what denoisers can use: all planes
+    statistics = features | light_moments | feature_moments, ///< what denoisers can use: all up to here
+    halves = 512 | emission | albedo,             ///< how far the means of each half of the samples are apart
+    all = statistics | halves
 };
 
 constexpr FilmPlanes operator|(FilmPlanes a, FilmPlanes b) {
@@ -49,6 +51,7 @@ inline std::string describe(FilmPlanes planes) {
     add(FilmPlanes::illumination, "illumination");
     add(FilmPlanes::light_moments, "light moments");
     add(FilmPlanes::feature_moments, "feature moments");
+    add(FilmPlanes::halves, "halves");
     return names;
 }
 
@@ -64,12 +67,14 @@ inline T multiply_add(T a, T b, T c) {
 /// Where a pixel's sums stand: radiance, its squared deviations from the mean, the number of hits, then the
 /// planes asked for; -1 = not there. Merging is written so that no two compilations of it round differently.
 struct FilmLayout {
-    static constexpr int radiance = 0, deviation = 3, alpha = 6, most_channels = 45;
+    static constexpr int radiance = 0, deviation = 3, alpha = 6, most_channels = 48;
     int emission = -1, albedo = -1, normal = -1, position = -1, depth = -1;
     int direct = -1, indirect = -1, root_direct = -1, root_indirect = -1;
     int channels = alpha + 1;
 
-    int sums_end = 0; ///< channels from alpha to here are sums, those behind are deviations
+    int halves = -1;
+
+    int sums_end = 0; ///< channels from alpha to here are sums, those behind are deviations and halves
 
     /// Sums of so many channels and the squared deviations that belong to them.
     struct Moment {
@@ -107,6 +112,7 @@ struct FilmLayout {
             place_deviation(normal, 3);
             place_deviation(depth, 1);
         }
+        place(FilmPlanes::halves, halves, 3);
     }
 
     /// Where the deviations of these sums stand.
@@ -162,6 +168,10 @@ struct FilmLayout {
             const T difference = b[sum] - a[sum];
             a[squares] = multiply_add(difference * difference, scale, a[squares] + b[squares]);
         });
+        for (int c = 0; halves >= 0 && c < 3; ++c) {
+            const T apart = (b[radiance + c] - a[radiance + c]) * T(0.5 / n);
+            a[halves + c] = apart * apart;
+        }
         for_each_sum([&](int c) { a[c] += b[c]; });
     }
 
@@ -173,6 +183,8 @@ struct FilmLayout {
             const double difference = double(b[sum]) / nb - a[sum] / na;
             a[squares] = multiply_add(difference * difference, weight, a[squares] + double(b[squares]));
         });
+        for (int c = 0; halves >= 0 && c < 3; ++c) // those of the larger part, as if all samples were like its
+            a[halves + c] = nb > na ? double(b[halves + c]) * (nb / (na + nb)) : a[halves + c] * (na / (na + nb));
         for_each_sum([&](int c) { a[c] += double(b[c]); });
     }
 };

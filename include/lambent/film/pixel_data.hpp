@@ -83,6 +83,9 @@ struct PixelData {
     Plane<T, 3> root_indirect, root_indirect_variance; ///< the same of indirect light
     Plane<T, 3> albedo_variance, normal_variance;      ///< variances of the means
     Plane<T, 1> depth_variance;
+    /// A quarter of the squared distance between the mean radiances of the first and the second half of the samples: the
+    /// variance of the mean as samples that know of each other have it, by one degree of freedom.
+    Plane<T, 3> halves;
 
     FrameView<T> view() const& {
         return {radiance.view(), emission.view(), albedo.view(), normal.view(), position.view(), variance.view(),

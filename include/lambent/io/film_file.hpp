@@ -237,7 +237,7 @@ FilmState<T> read_film(const std::string& path) {
     const auto plane_bits = in.value<std::uint32_t>();
     const auto blocks = in.value<std::uint32_t>();
     const auto rejected = in.value<std::uint64_t>();
-    require(plane_bits <= std::uint32_t(FilmPlanes::statistics),
+    require(plane_bits <= std::uint32_t(FilmPlanes::all),
             [&] { return path + ": unknown planes " + std::to_string(plane_bits); });
     require(blocks <= 64, [&] { return path + ": " + std::to_string(blocks) + " blocks of samples are too many"; });
     const auto planes = FilmPlanes(plane_bits);
