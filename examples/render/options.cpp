@@ -141,7 +141,8 @@ std::optional<Options> parse_options(int argc, char** argv) {
     line.add("--stats F.json", "counts and times (none)", [&](auto& v) { o.stats = v; });
     line.add("--error-target E", "sample where it is noisy until the estimated error is E, as in 0.05 (none)",
              [&](auto& v) { o.error_target = to_positive(v); });
-    line.add("--explain", "not yet", [](auto&) { throw UsageError("not yet"); });
+    line.add("--explain", "print what the scene has, what was left out for it, and what that saved (off)",
+             [&](auto&) { o.explain = true; });
     line.add("--validate", "print what the scene has and everything suspicious, render nothing", [&](auto&) { o.validate = true; });
     line.add("--quiet", "say nothing but errors (off)", [&](auto&) { o.quiet = true; });
     line.add("--help", "this text", [&](auto&) { help = true; });

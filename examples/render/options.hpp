@@ -46,7 +46,7 @@ struct Options {
     lambent::PixelFilter filter = lambent::PixelFilter::box;
     lambent::PixelWindow crop;
     ImageSettings image;
-    bool quiet = false, checkpoint = false, validate = false;
+    bool quiet = false, explain = false, checkpoint = false, validate = false;
     double exposure = 0;
     double error_target = 0; ///< 0 = none
     double time_limit = std::numeric_limits<double>::infinity();

@@ -1,5 +1,6 @@
 #pragma once
 #include "../support/image_output.hpp"
+#include "facts.hpp"
 #include "options.hpp"
 #include <lambent/render/integrator.hpp>
 #include <lambent/scene/prepared_scene.hpp>
@@ -19,14 +20,15 @@ struct RunReport {
     lambent::RayCounts rays;
     unsigned threads = 0;
     ImageReport image;
-    std::vector<std::string> facts, skipped; ///< what the scene uses; what this run has no code for
+    std::vector<std::string> facts, skipped; ///< see facts.hpp
+    std::string integrator, sampler;         ///< in words, with what they were specialised for
+    lambent::FilmPlanes planes{};
+    double planes_saved_mib = 0, planes_all_mib = 0; ///< of a block of samples: those left out; all there are
+    double stopped = 0; ///< share of the pixels that stopped before the others
 };
 
-/// What the scene uses.
-std::vector<std::string> facts_of(const lambent::PreparedScene<float>& scene);
-
-/// What the run leaves out: not asked for or not in the scene.
-std::vector<std::string> skipped_by(const Options& options, const lambent::Scene<float>& scene);
+/// `--explain`: facts, specialisation, what was left out and why, and what that saved.
+void print_explanation(const RunReport& report);
 
 void print_report(const RunReport& report, const std::vector<std::string>& files);
 

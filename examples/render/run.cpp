@@ -230,11 +230,21 @@ int run(const Options& o) {
     report.rejected = state.film.rejected();
     report.rays = passes.rays;
     report.threads = threads.concurrency();
-    report.facts = facts_of(prepared);
+    report.facts = facts_of(scene);
     report.skipped = skipped_by(o, scene);
+    report.integrator = state.identity.at("integrator");
+    report.sampler = state.identity.at("sampler");
+    report.planes = state.film.planes();
+    const auto plane_mib = [&](int channels) { return double(channels) * double(state.film.pixel_count() * sizeof(float)) / 0x1p20; };
+    report.planes_all_mib = plane_mib(Film<float>(1, 1, FilmPlanes::all).channels());
+    report.planes_saved_mib = report.planes_all_mib - plane_mib(state.film.channels());
+    report.stopped = double(std::count_if(state.film.stops().begin(), state.film.stops().end(),
+                                          [](auto stop) { return stop != Film<float>::goes_on; })) /
+                     double(state.film.pixel_count());
     report.total_s = whole.seconds();
     if (!o.stats.empty()) write_stats(o.stats, report);
     if (!o.quiet) print_report(report, files);
+    if (o.explain) print_explanation(report);
     if (!interrupted) return 0;
     say_how_to_go_on(o, state);
     return 130;

@@ -275,7 +275,6 @@ TEST_CASE("render: a wrong command line ends with 2, says what is wrong, and lea
         refused(scene + bad, "render: ");
     refused(scene + "--error-target 0", "--error-target");
     refused(scene + "--error-target 0.1 --sample-range 0:8", "--sample-range and --error-target");
-    refused(scene + "--explain", "not yet");
 }
 
 TEST_CASE("render: what cannot be read or written is found before rendering, and ends with 1") {
@@ -321,6 +320,28 @@ TEST_CASE("G1: render --stats: every field, and stage times that add up to the w
     CHECK(stages == doctest::Approx(stats["total_s"].number).epsilon(0.02));
     REQUIRE(desk.render("--spp 1 --stats one.json") == 0);
     CHECK(Json::parse(desk.bytes("one.json"))["estimated_error"].text == "null");
+}
+
+TEST_CASE("render --explain: facts, specialisation, what was left out and what that saved; in --stats and the image too") {
+    Desk desk;
+    REQUIRE(desk.render("--spp 2 --explain --aov none --denoise none --stats s.json --out a.exr") == 0);
+    for (const std::string text : {"facts            triangles, textures, emissive_surfaces", "integrator       path, strategy both",
+                                   "skipped          normal_maps", "skipped          standard_bsdf", "planes           radiance, emission"})
+        CHECK(desk.says(text));
+    for (const std::string text : {"light_sampling", "mis  ", "stopped"}) CHECK(!desk.says(text));
+    const Json stats = Json::parse(desk.bytes("s.json"));
+    CHECK(stats["planes_saved_mib"].number == doctest::Approx((48 - 10) * 4 * 32 * 24 / 1048576.0));
+    CHECK(stats["integrator"].text.find("strategy both") != std::string::npos);
+    const ExrImage image = read_exr(desk.path("a.exr"));
+    CHECK(std::get<std::string>(image.attributes.at("facts")) == "triangles textures emissive_surfaces");
+    CHECK(std::get<std::string>(image.attributes.at("skipped")) == "normal_maps alpha standard_bsdf");
+    REQUIRE(desk.render("--spp 2 --strategy bsdf --explain") == 0);
+    CHECK(desk.says("light_sampling"));
+    CHECK(desk.says("skipped          mis"));
+    REQUIRE(desk.render("--error-target 0.2 --explain") == 0);
+    CHECK(desk.says("% of the pixels, which saves"));
+    REQUIRE(desk.render("--spp 2") == 0);
+    CHECK(desk.said().empty());
 }
 
 TEST_CASE("render --error-target: stops pixel by pixel where the error is met, on any threads, resumed or not") {
