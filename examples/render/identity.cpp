@@ -1,4 +1,5 @@
 #include "identity.hpp"
+#include "facts.hpp"
 #include <lambent/scene/fingerprint.hpp>
 #include <cmath>
 #include <cstdio>
@@ -49,7 +50,15 @@ std::string sampler_of(const Options& o) {
 std::map<std::string, std::string> identity_of(const Options& o, const Scene<float>& scene, const Camera& camera) {
     char hash[20];
     std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(fingerprint(scene)));
+    const auto list = [](const std::vector<std::string>& words) {
+        std::string text;
+        for (const std::string& word : words) text.append(text.empty() ? "" : " ").append(word);
+        return text;
+    };
     return {{"scene", std::string("content ") + hash},
+            {"scene facts", list(facts_of(scene))},
+            {"skipped", list(skipped_by(o, scene))},
+            {"error target", o.error_target > 0 ? text_of(o.error_target) : "none"},
             {"camera", text_of(camera)},
             {"integrator", integrator_of(o)},
             {"sampler", sampler_of(o)},

@@ -60,6 +60,8 @@ std::string to_file(const std::string& text, const std::string& extension) {
 void check_together(const Options& o) {
     if (!o.crop.empty() && !o.crop.inside(o.width, o.height))
         throw UsageError("--crop reaches out of the image of " + std::to_string(o.width) + " x " + std::to_string(o.height));
+    if (o.range && o.error_target > 0)
+        throw UsageError("--sample-range and --error-target exclude each other: where a pixel stops takes all samples before");
     if (o.eye && o.target && *o.eye == *o.target) throw UsageError("--eye and --target coincide");
 }
 
@@ -72,7 +74,9 @@ std::optional<Options> parse_options(int argc, char** argv) {
     line.add("--out F.exr", "the image, with its planes (out.exr)", [&](auto& v) { o.out = to_file(v, ".exr"); });
     line.add("--preview F.png", "an sRGB preview (none)", [&](auto& v) { o.preview = to_file(v, ".png"); });
     line.add("--size WxH", "in pixels (1280x720)", [&](auto& v) { set_size(o, v); });
-    line.add("--spp N", "samples a pixel (16)", [&](auto& v) { o.spp = std::uint64_t(to_integer(v, 1, 1ll << 32)); });
+    std::optional<std::uint64_t> spp;
+    line.add("--spp N", "samples a pixel (16), with --error-target at most (65536)",
+             [&](auto& v) { spp = std::uint64_t(to_integer(v, 1, 1ll << 32)); });
     line.add("--seed S", "another seed, other noise (0)",
              [&](auto& v) { o.seed = std::uint32_t(to_integer(v, 0, 0xffffffffll)); });
     line.add("--threads N", "0 = all of the machine's (0); the image does not depend on it",
@@ -135,8 +139,10 @@ std::optional<Options> parse_options(int argc, char** argv) {
              [&](auto& v) { o.resume = to_file(v, ".film"); });
     line.add("--checkpoint", "write F.film beside F.exr, every few seconds (off)", [&](auto&) { o.checkpoint = true; });
     line.add("--stats F.json", "counts and times (none)", [&](auto& v) { o.stats = v; });
-    line.add("--error-target E", "not yet", [](auto&) { throw UsageError("not yet"); });
-    line.add("--explain", "not yet", [](auto&) { throw UsageError("not yet"); });
+    line.add("--error-target E", "sample where it is noisy until the estimated error is E, as in 0.05 (none)",
+             [&](auto& v) { o.error_target = to_positive(v); });
+    line.add("--explain", "print what the scene has, what was left out for it, and what that saved (off)",
+             [&](auto&) { o.explain = true; });
     line.add("--validate", "print what the scene has and everything suspicious, render nothing", [&](auto&) { o.validate = true; });
     line.add("--quiet", "say nothing but errors (off)", [&](auto&) { o.quiet = true; });
     line.add("--help", "this text", [&](auto&) { help = true; });
@@ -148,6 +154,7 @@ std::optional<Options> parse_options(int argc, char** argv) {
     if (rest.size() != 1) throw UsageError(rest.empty() ? "no scene" : "more than one scene: " + rest[0] + " and " + rest[1]);
     o.scene = rest[0];
     o.film = with_extension(o.out, ".film");
+    o.spp = spp.value_or(o.error_target > 0 ? 65536 : 16);
     check_together(o);
     return o;
 }

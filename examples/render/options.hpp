@@ -46,12 +46,18 @@ struct Options {
     lambent::PixelFilter filter = lambent::PixelFilter::box;
     lambent::PixelWindow crop;
     ImageSettings image;
-    bool quiet = false, checkpoint = false, validate = false;
+    bool quiet = false, explain = false, checkpoint = false, validate = false;
     double exposure = 0;
+    double error_target = 0; ///< 0 = none
     double time_limit = std::numeric_limits<double>::infinity();
     double firefly_clamp = std::numeric_limits<double>::infinity();
 
     bool wants_state() const { return range.has_value() || !resume.empty() || checkpoint; }
+    /// Of the film.
+    lambent::FilmPlanes planes() const {
+        using lambent::FilmPlanes;
+        return error_target > 0 ? image.planes() | FilmPlanes::albedo | FilmPlanes::halves : image.planes();
+    }
     lambent::SampleRange samples() const { return range.value_or(lambent::SampleRange{0, spp}); }
 };
 

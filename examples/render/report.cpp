@@ -2,6 +2,7 @@
 #include <lambent/io/file.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <sys/resource.h>
 
 using namespace lambent;
@@ -16,65 +17,67 @@ double peak_mib() {
     return double(usage.ru_maxrss) / 1024;
 }
 
+std::string shortened(double number) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", number);
+    return text;
+}
+
+/// Why a run has no code or no work for something, by its name in `skipped`.
+const std::map<std::string, std::string>& reasons() {
+    static const std::map<std::string, std::string> all = {
+        {"textures", "no material looks an image up: no image is decoded, its library is not loaded"},
+        {"normal_maps", "no material has one"},
+        {"standard_bsdf", "all materials are diffuse: vertices are Lambert's"},
+        {"alpha", "no material is masked or blended: rays ask no surface whether it is there"},
+        {"light_sampling", "there is nothing to aim at, or it was not asked for: no shadow rays"},
+        {"mis", "light is looked for in one way: no second density"}};
+    return all;
+}
+
 std::string json_list(const std::vector<std::string>& words) {
     std::string text;
     for (const std::string& word : words) text.append(text.empty() ? "\"" : ", \"").append(word).append("\"");
     return "[" + text + "]";
 }
 
-bool any_alpha(const Scene<float>& scene) {
-    return std::any_of(scene.materials.begin(), scene.materials.end(),
-                       [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
-}
-
 } // namespace
-
-std::vector<std::string> facts_of(const PreparedScene<float>& prepared) {
-    const Scene<float>& scene = prepared.scene();
-    const auto any_material = [&](auto&& is) { return std::any_of(scene.materials.begin(), scene.materials.end(), is); };
-    std::vector<std::string> facts;
-    const auto add = [&](bool there, const char* name) {
-        if (there) facts.emplace_back(name);
-    };
-    add(!scene.triangles.empty(), "triangles");
-    add(!scene.spheres.empty(), "spheres");
-    add(!scene.normals.empty(), "vertex_normals");
-    add(!scene.colors.empty(), "vertex_colors");
-    add(!scene.images.empty(), "textures");
-    add(any_alpha(scene), "alpha");
-    add(any_material([](const Material& m) { return m.emissive(); }), "emissive_surfaces");
-    add(any_material([](const Material& m) { return bool(m.emission_texture); }), "emissive_textures");
-    add(!scene.punctual_lights.empty(), "punctual_lights");
-    add(!scene.environment.black(), "environment");
-    add(!scene.environment.map.empty(), "environment_map");
-    return facts;
-}
-
-std::vector<std::string> skipped_by(const Options& o, const Scene<float>& scene) {
-    std::vector<std::string> skipped;
-    if (!any_alpha(scene)) skipped.emplace_back("alpha");
-    if (o.integrator != IntegratorKind::path) return skipped;
-    if (o.strategy == PathStrategy::bsdf) skipped.emplace_back("light_sampling");
-    if (o.strategy != PathStrategy::both) skipped.emplace_back("mis");
-    return skipped;
-}
 
 void print_report(const RunReport& r, const std::vector<std::string>& files) {
     std::printf("triangles        %zu (%zu dropped), %zu spheres, %zu lights\n", r.triangles, r.dropped, r.spheres, r.lights);
     std::printf("seconds          load %.3f, build %.3f, render %.3f, denoise %.3f, write %.3f\n", r.load_s, r.build_s,
                 r.render_s, r.image.denoise_s, r.write_s);
-    std::printf("samples          %llu a pixel, %.3f Msamples/s, %.3f Mrays/s on %u threads\n",
-                static_cast<unsigned long long>(r.spp), per_second(double(r.samples), r.render_s) * 1e-6,
+    const std::string spp = r.min_spp == r.spp ? std::to_string(r.spp) + " a pixel"
+                                               : std::to_string(r.min_spp) + " to " + std::to_string(r.spp) +
+                                                     " a pixel, " + shortened(r.mean_spp) + " on average";
+    std::printf("samples          %s, %.3f Msamples/s, %.3f Mrays/s on %u threads\n", spp.c_str(), per_second(double(r.samples), r.render_s) * 1e-6,
                 per_second(double(r.rays.closest + r.rays.shadow), r.render_s) * 1e-6, r.threads);
     if (r.rejected > 0)
         std::printf("rejected         %llu samples were not finite\n", static_cast<unsigned long long>(r.rejected));
+    const std::string target = r.error_target > 0 ? " for a target of " + shortened(r.error_target) : "";
     if (r.image.denoised_error >= 0)
-        std::printf("estimated error  %.4f, denoised %.4f\n", r.image.estimated_error, r.image.denoised_error);
-    else if (r.image.estimated_error >= 0) std::printf("estimated error  %.4f\n", r.image.estimated_error);
+        std::printf("estimated error  %.4f%s, denoised %.4f\n", r.image.estimated_error, target.c_str(), r.image.denoised_error);
+    else if (r.image.estimated_error >= 0) std::printf("estimated error  %.4f%s\n", r.image.estimated_error, target.c_str());
     else std::printf("estimated error  unknown: it takes two samples a pixel\n");
     std::string names;
     for (const std::string& file : files) names.append(names.empty() ? "" : ", ").append(file);
     std::printf("wrote            %s\n", names.c_str());
+}
+
+void print_explanation(const RunReport& r) {
+    const auto list = [](const std::vector<std::string>& words) {
+        std::string text;
+        for (const std::string& word : words) text.append(text.empty() ? "" : ", ").append(word);
+        return text.empty() ? std::string("nothing") : text;
+    };
+    std::printf("facts            %s\n", list(r.facts).c_str());
+    std::printf("integrator       %s; %s\n", r.integrator.c_str(), r.sampler.c_str());
+    for (const std::string& what : r.skipped) std::printf("skipped          %-16s %s\n", what.c_str(), reasons().at(what).c_str());
+    std::printf("planes           %s; those left out save %.3f of %.3f MiB a block of samples\n", describe(r.planes).c_str(),
+                r.planes_saved_mib, r.planes_all_mib);
+    if (r.error_target > 0)
+        std::printf("stopped          %.1f %% of the pixels, which saves %.1f %% of %llu samples a pixel everywhere\n",
+                    100 * r.stopped, 100 * (1 - r.mean_spp / double(r.spp)), static_cast<unsigned long long>(r.spp));
 }
 
 void write_stats(const std::string& path, const RunReport& r) {
@@ -104,8 +107,14 @@ void write_stats(const std::string& path, const RunReport& r) {
     number("mrays_per_s", per_second(double(r.rays.closest + r.rays.shadow), r.render_s) * 1e-6);
     count("threads", r.threads);
     count("spp", r.spp);
+    count("spp_min", r.min_spp);
+    number("spp_mean", r.mean_spp);
+    if (r.error_target > 0) number("error_target", r.error_target);
     count("rejected", r.rejected);
     number("peak_mib", peak_mib());
+    number("planes_saved_mib", r.planes_saved_mib);
+    number("stopped", r.stopped);
+    std::fprintf(file.get(), "  \"integrator\": \"%s\",\n  \"sampler\": \"%s\",\n", r.integrator.c_str(), r.sampler.c_str());
     std::fprintf(file.get(), "  \"facts\": %s,\n  \"skipped\": %s,\n", json_list(r.facts).c_str(), json_list(r.skipped).c_str());
     if (r.image.denoised_error >= 0) number("denoised_error", r.image.denoised_error);
     if (r.image.estimated_error >= 0) std::fprintf(file.get(), "  \"estimated_error\": %.9g\n}\n", r.image.estimated_error);

@@ -63,6 +63,9 @@ std::map<std::string, ExrValue> metadata(const FilmState<float>& state) {
     attributes["spp"] = int(std::min<std::uint64_t>(state.film.sample_count(), std::numeric_limits<int>::max()));
     const auto seed = state.identity.find("seed");
     if (seed != state.identity.end()) attributes["seed"] = std::strtod(seed->second.c_str(), nullptr);
+    for (const auto& [name, key] : {std::pair{"facts", "scene facts"}, {"skipped", "skipped"}, {"integrator", "integrator"},
+                                    {"sampler", "sampler"}}) // what --explain prints
+        if (const auto words = state.identity.find(key); words != state.identity.end()) attributes[name] = words->second;
     const std::vector<SampleRange> ranges = state.film.ranges();
     if (ranges.size() != 1 || ranges[0].begin != 0) { // a part of an image, to be merged with others
         std::string text;

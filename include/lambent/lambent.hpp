@@ -87,6 +87,7 @@
 #include <lambent/material/ggx_albedo.hpp>
 #include <lambent/material/lambert.hpp>
 #include <lambent/material/standard.hpp>
+#include <lambent/render/adaptive.hpp>
 #include <lambent/render/ambient_occlusion.hpp>
 #include <lambent/render/direct.hpp>
 #include <lambent/render/first_hit.hpp>

@@ -2,6 +2,7 @@
 #include <support/json.hpp>
 #include <support/temporary_folder.hpp>
 #include <doctest/doctest.h>
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -272,8 +273,8 @@ TEST_CASE("render: a wrong command line ends with 2, says what is wrong, and lea
                                   "--crop 0,0,5000,5", "--crop 0.5,0,5,5", "--out a.png", "--out .exr", "--preview a.jpg",
                                   "--resume a.exr", "--out --spp", "--eye 1,1,1 --target 1,1,1"})
         refused(scene + bad, "render: ");
-    refused(scene + "--error-target 0.1", "not yet");
-    refused(scene + "--explain", "not yet");
+    refused(scene + "--error-target 0", "--error-target");
+    refused(scene + "--error-target 0.1 --sample-range 0:8", "--sample-range and --error-target");
 }
 
 TEST_CASE("render: what cannot be read or written is found before rendering, and ends with 1") {
@@ -319,6 +320,60 @@ TEST_CASE("G1: render --stats: every field, and stage times that add up to the w
     CHECK(stages == doctest::Approx(stats["total_s"].number).epsilon(0.02));
     REQUIRE(desk.render("--spp 1 --stats one.json") == 0);
     CHECK(Json::parse(desk.bytes("one.json"))["estimated_error"].text == "null");
+}
+
+TEST_CASE("render --explain: facts, specialisation, what was left out and what that saved; in --stats and the image too") {
+    Desk desk;
+    REQUIRE(desk.render("--spp 2 --explain --aov none --denoise none --stats s.json --out a.exr") == 0);
+    for (const std::string text : {"facts            triangles, textures, emissive_surfaces", "integrator       path, strategy both",
+                                   "skipped          normal_maps", "skipped          standard_bsdf", "planes           radiance, emission"})
+        CHECK(desk.says(text));
+    for (const std::string text : {"light_sampling", "mis  ", "stopped"}) CHECK(!desk.says(text));
+    const Json stats = Json::parse(desk.bytes("s.json"));
+    CHECK(stats["planes_saved_mib"].number == doctest::Approx((48 - 10) * 4 * 32 * 24 / 1048576.0));
+    CHECK(stats["integrator"].text.find("strategy both") != std::string::npos);
+    const ExrImage image = read_exr(desk.path("a.exr"));
+    CHECK(std::get<std::string>(image.attributes.at("facts")) == "triangles textures emissive_surfaces");
+    CHECK(std::get<std::string>(image.attributes.at("skipped")) == "normal_maps alpha standard_bsdf");
+    REQUIRE(desk.render("--spp 2 --strategy bsdf --explain") == 0);
+    CHECK(desk.says("light_sampling"));
+    CHECK(desk.says("skipped          mis"));
+    REQUIRE(desk.render("--error-target 0.2 --explain") == 0);
+    CHECK(desk.says("% of the pixels, which saves"));
+    REQUIRE(desk.render("--spp 2") == 0);
+    CHECK(desk.said().empty());
+}
+
+TEST_CASE("render --error-target: stops pixel by pixel where the error is met, on any threads, resumed or not") {
+    Desk desk;
+    const std::string options = "--error-target 0.15 --denoise none --float --checkpoint ";
+    REQUIRE(desk.render(options + "--threads 1 --stats s.json --out one.exr") == 0);
+    const Json stats = Json::parse(desk.bytes("s.json"));
+    CHECK(stats["estimated_error"].number <= 0.15);
+    CHECK(stats["estimated_error"].number > 0.1);
+    CHECK(stats["error_target"].number == doctest::Approx(0.15));
+    CHECK(stats["spp_min"].number < stats["spp"].number);
+    CHECK(stats["spp_mean"].number == doctest::Approx(stats["samples"].number / (32 * 24)));
+    const ExrImage image = read_exr(desk.path("one.exr"));
+    double sum = 0, most = 0;
+    for (const float n : image.find("samples.Y")->values) sum += double(n), most = std::max(most, double(n));
+    CHECK(sum == stats["samples"].number);
+    CHECK(most == stats["spp"].number);
+
+    REQUIRE(desk.render(options + "--threads 7 --out seven.exr") == 0);
+    CHECK(desk.same("one.exr", "seven.exr"));
+    CHECK(desk.same("one.film", "seven.film"));
+    for (const std::string until : {"5", "8", "13", "32", "41"}) { // in the midst of a round, and between two
+        INFO("until ", until);
+        REQUIRE(desk.render(options + "--spp " + until + " --out part.exr") == 0);
+        REQUIRE(desk.render(options + "--resume part.film --out resumed.exr") == 0);
+        CHECK(desk.same("one.exr", "resumed.exr"));
+        CHECK(desk.same("one.film", "resumed.film"));
+    }
+    CHECK(desk.render("--error-target 0.1 --resume one.film") == 1);
+    CHECK(desk.says("error target is "));
+    REQUIRE(desk.render("--error-target 1e-9 --time-limit 0.2 --stats t.json") == 0);
+    CHECK(Json::parse(desk.bytes("t.json"))["estimated_error"].number > 0);
 }
 
 TEST_CASE("render --time-limit ends in time with what there is; --quiet says nothing; --help names every option") {

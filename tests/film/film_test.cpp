@@ -396,7 +396,8 @@ TEST_CASE("statistics: moments of the roots of light and of features against two
                       doctest::Approx(frame.radiance.load(x, y)[c]).epsilon(1e-5));
             }
     // Halves of the largest block, of the first 32 samples.
-    CHECK(frame.half_variance.values() == merged.half_variance.values());
+    CHECK(frame.halves.values() == merged.halves.values());
+    CHECK(frame.root_direct_halves.values() == merged.root_direct_halves.values());
     const auto between = [&](int x, int y, auto&& of) {
         double sum = 0;
         for (int c = 0; c < 3; ++c) {
@@ -408,10 +409,13 @@ TEST_CASE("statistics: moments of the roots of light and of features against two
     };
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            const Vec3d found(frame.half_variance.load(x, y));
-            CHECK(found.x == doctest::Approx(between(x, y, [](const S& s, int c) { return double(s.radiance[c]); })).epsilon(1e-3));
-            CHECK(found.y == doctest::Approx(between(x, y, [](const S& s, int c) { return std::sqrt(double(s.direct[c])); })).epsilon(1e-3));
-            CHECK(found.z == doctest::Approx(between(x, y, [](const S& s, int c) { return std::sqrt(double(s.indirect[c])); })).epsilon(1e-3));
+            const auto summed = between(x, y, [](const S& s, int c) { return double(s.radiance[c]); });
+            const Vec3d found(frame.halves.load(x, y));
+            CHECK(found.x + found.y + found.z == doctest::Approx(summed).epsilon(1e-3));
+            const auto direct = between(x, y, [](const S& s, int c) { return std::sqrt(double(s.direct[c])); });
+            CHECK(double(frame.root_direct_halves.load(x, y)) == doctest::Approx(direct).epsilon(1e-3));
+            const auto indirect = between(x, y, [](const S& s, int c) { return std::sqrt(double(s.indirect[c])); });
+            CHECK(double(frame.root_indirect_halves.load(x, y)) == doctest::Approx(indirect).epsilon(1e-3));
         }
     CHECK(film_of(0, 4, some_sample).resolve().root_direct.view().absent());
     CHECK(film_of(0, 4, some_sample).channels() == 20);

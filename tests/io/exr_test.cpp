@@ -220,7 +220,9 @@ TEST_CASE("EXR: statistics and the error of denoising are written when asked for
     CHECK(same(back.root_direct_variance, frame.root_direct_variance));
     CHECK(same(back.root_indirect, frame.root_indirect));
     CHECK(same(back.root_indirect_variance, frame.root_indirect_variance));
-    CHECK(same(back.half_variance, frame.half_variance));
+    CHECK(same(back.halves, frame.halves));
+    CHECK(same(back.root_direct_halves, frame.root_direct_halves));
+    CHECK(same(back.root_indirect_halves, frame.root_indirect_halves));
     CHECK(same(back.albedo_variance, frame.albedo_variance));
     CHECK(same(back.normal_variance, frame.normal_variance));
     CHECK(same(back.depth_variance, frame.depth_variance));

@@ -13,10 +13,12 @@ using lambent_test::TemporaryFolder;
 
 namespace {
 
-FilmState<float> some_state(std::uint64_t begin = 0, std::uint64_t end = 13, FilmPlanes planes = FilmPlanes::features) {
-    FilmPass<float> pass(6, 4, planes, begin, end);
+FilmState<float> some_state(std::uint64_t begin = 0, std::uint64_t end = 13, FilmPlanes planes = FilmPlanes::features,
+                            const ActivePixels& active = {}) {
+    FilmPass<float> pass(6, 4, planes, begin, end, active);
     Random random(3);
     for (int p = 0; p < 24; ++p) {
+        if (!active.absent() && active.load(p % 6, p / 6) == 0) continue;
         FilmPass<float>::Pixel pixel(pass, p % 6, p / 6);
         for (std::uint64_t i = begin; i < end; ++i) {
             PixelSample<float> s;
@@ -83,6 +85,26 @@ TEST_CASE("film file: everything comes back, to the bit, and equal states are eq
     CHECK(folder.count() == 2); // no temporary left
 }
 
+TEST_CASE("film file: where pixels stopped comes back; without that it takes no bytes; what cannot be is refused") {
+    const TemporaryFolder folder;
+    std::vector<std::uint8_t> active(24, 1);
+    const ActivePixels view(active.data(), 6, 4);
+    const auto size_of = [&](const FilmState<float>& state) {
+        write_film(folder.file("a.film"), state);
+        return file_bytes(folder.file("a.film")).size();
+    };
+    const std::size_t whole = size_of(some_state(4, 6, FilmPlanes::features, view));
+    CHECK(whole == size_of(some_state(4, 6)));
+    active[7] = active[8] = 0;
+    FilmState<float> state = some_state(4, 6, FilmPlanes::features, view);
+    CHECK(size_of(state) == whole + 24);
+    CHECK(read_film<float>(folder.file("a.film")).film.stops() == state.film.stops());
+    CHECK(state.film.stops()[7] == 2);
+    state.film.merge(some_state(0, 4).film); // to what it is a part of
+    CHECK(state.film.sample_count(7) == 4);
+    CHECK(state.film.sample_count(6) == 6);
+}
+
 TEST_CASE("film file: one cut short anywhere is refused, and so is one with any byte changed") {
     const TemporaryFolder folder;
     const std::string path = folder.file("a.film");
@@ -112,7 +134,7 @@ TEST_CASE("film file: what a hostile header claims is refused with its numbers, 
         std::memcpy(&changed[at], &value, 4);
         return refusal(folder.write("h.film", changed));
     };
-    CHECK(claim(8, 2).find("version 2") != std::string::npos);
+    CHECK(claim(8, 3).find("version 3") != std::string::npos);
     CHECK(claim(12, 8).find("8 bytes") != std::string::npos);
     std::string huge = bytes; // an image of 65000 x 65000 pixels, all of them in the window
     for (const auto& [at, value] : {std::pair{16, 65000u}, {20, 65000u}, {24, 0u}, {28, 0u}, {32, 65000u}, {36, 65000u}})
@@ -120,7 +142,7 @@ TEST_CASE("film file: what a hostile header claims is refused with its numbers, 
     CHECK(refusal(folder.write("huge.film", huge)).find("65000 x 65000") != std::string::npos);
     CHECK(claim(16, 0xffffffffu).find("image of -1") != std::string::npos);
     CHECK(claim(32, 100).find("image of 20 x 10") != std::string::npos);
-    CHECK(claim(40, 639).find("planes 639") != std::string::npos);
+    CHECK(claim(40, 1151).find("planes 1151") != std::string::npos);
     CHECK(claim(44, 0xffffffffu).find("4294967295 blocks") != std::string::npos);
     CHECK(claim(44, 3).find("3 blocks") != std::string::npos);
     const std::size_t pairs = 16 + 24 + 16 + 13 * 8;

@@ -17,6 +17,8 @@ struct WatchedScene {
     const PreparedScene<float>& inner;
     mutable std::uint64_t closest = 0, shadow = 0;
     mutable std::uintptr_t highest = 0, lowest = ~std::uintptr_t(0);
+    mutable std::uint64_t lights = 0, idle = 0; ///< light samples; shadow rays for one that could not bring light
+    mutable bool worth_a_ray = false;
 
     const Scene<float>& scene() const { return inner.scene(); }
     Hit<float> intersect(const Ray<float>& ray) const {
@@ -28,11 +30,17 @@ struct WatchedScene {
     }
     bool occluded(const Ray<float>& ray) const {
         ++shadow;
+        if (!worth_a_ray) ++idle;
         return inner.occluded(ray);
     }
     Surface<float> surface(const Ray<float>& ray, const Hit<float>& hit) const { return inner.surface(ray, hit); }
     Vec3f background(const Vec3f& d) const { return inner.background(d); }
-    LightSample<float> sample_light(const Vec3f& p, const Vec3f& n, const Vec2f& u, Companion c) const { return inner.sample_light(p, n, u, c); }
+    LightSample<float> sample_light(const Vec3f& p, const Vec3f& n, const Vec2f& u, Companion c) const {
+        const LightSample<float> light = inner.sample_light(p, n, u, c);
+        ++lights;
+        worth_a_ray = light.pdf > 0 && !is_black(light.radiance) && dot(n, light.wi) > 0; // all here is opaque
+        return light;
+    }
     float hit_light_pdf(const Ray<float>& ray, const Hit<float>& hit, const Vec3f& n) const { return inner.hit_light_pdf(ray, hit, n); }
     float background_pdf(const Vec3f& d) const { return inner.background_pdf(d); }
     bool has_lights(Companion c) const { return inner.has_lights(c); }
@@ -54,6 +62,41 @@ TEST_CASE("G1: the rays that an integrator counts are those that the scene was a
     const std::uint64_t shadow = watched.shadow;
     image_mean(watched, scene.cameras[0], {16, 16}, PathIntegrator<PathStrategy::bsdf>{}, 16);
     CHECK(watched.shadow == shadow); // what is off costs no ray
+}
+
+TEST_CASE("no shadow ray where cosine, BSDF or light is 0; no light is asked for where there is none or nothing reflects") {
+    SerialExecutor serial;
+    const auto watch = [&](const Scene<float>& scene, auto&& check) {
+        const PreparedScene<float> prepared(scene, serial);
+        const WatchedScene watched{prepared};
+        image_mean(watched, scene.cameras[0], {16, 16}, PathIntegrator<>{}, 16);
+        check(watched);
+    };
+    const auto idle = [](const WatchedScene& w) {
+        CHECK(w.lights > 1000);
+        CHECK(w.shadow > 100);
+        CHECK(w.shadow < w.lights); // some lights were behind the surface, or showed their back
+        CHECK(w.idle == 0);
+    };
+    watch(room_scene<float>(3), idle);
+    Scene<float> lamps = cornell_scene<float>();
+    detail::add_material(lamps, "back", Vec3f(0), Vec3f(5)); // a lamp whose back is to the floor
+    detail::add_box(lamps, {0.4, 0.9, 0.4}, {0.6, 0.95, 0.6}, 0, detail::BoxFront::inside,
+                    {5, 5, 5, 5, 5, 5});
+    watch(lamps, [](const WatchedScene& w) { CHECK(w.idle == 0); });
+    const auto none = [](const WatchedScene& w) {
+        CHECK(w.closest >= 256 * 16);
+        CHECK(w.lights == 0);
+        CHECK(w.shadow == 0);
+    };
+    Scene<float> dark = cornell_scene<float>();
+    for (Material& m : dark.materials) m.emission = Vec3f(0);
+    watch(dark, none);
+    dark.environment.scale = Vec3f(1); // bounces find it
+    watch(dark, none);
+    Scene<float> black = cornell_scene<float>();
+    for (Material& m : black.materials) m.base_color = Vec3f(0), m.base_color_texture = {};
+    watch(black, none);
 }
 
 TEST_CASE("S2: ten thousand bounces in a white box, in constant stack, and none gets out") {

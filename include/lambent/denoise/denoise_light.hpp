@@ -178,11 +178,13 @@ template <class T>
 struct LightPart {
     bool direct;
     PixelView<const T, 3> light, root, root_variance;
+    PixelView<const T, 1> root_halves;
 
     LightPart(const FrameView<T>& frame, bool is_direct)
         : direct(is_direct), light(is_direct ? frame.direct : frame.indirect),
           root(is_direct ? frame.root_direct : frame.root_indirect),
-          root_variance(is_direct ? frame.root_direct_variance : frame.root_indirect_variance) {}
+          root_variance(is_direct ? frame.root_direct_variance : frame.root_indirect_variance),
+          root_halves(is_direct ? frame.root_direct_halves : frame.root_indirect_halves) {}
 
     /// The variance of the light, but for a factor, from that of its root: d(r²) = 2 r dr.
     T noise(int x, int y) const {
@@ -214,9 +216,9 @@ std::size_t clean_part(const FrameView<T>& frame, const LightPart<T>& part, cons
                                                    executor);
     // Sobol's points err less than their sample variance says, the more so the more there are. Without halves that would
     // tell: by how much on the scenes that parameters were chosen with. Halves of few samples tell too little.
-    const bool halves = samples >= 8 && !frame.half_variance.absent();
-    const Plane<T, 1> spread = spread_factor<T>(part.root_variance, halves ? frame.half_variance : PixelView<const T, 3>(),
-                                                part.direct ? 1 : 2, executor);
+    const bool halves = samples >= 8 && !part.root_halves.absent();
+    const Plane<T, 1> spread = spread_factor<T>(part.root_variance, halves ? part.root_halves : PixelView<const T, 1>(),
+                                                executor);
     const T scale = T(halves ? 1.5 : BySamples{{1, 1, 0.7, 0.6}}(samples));
     Plane<T, 3> root(width, height);
     Plane<T, 1> variance(width, height);
@@ -270,7 +272,8 @@ LightDenoiseReport denoise_light(const FrameView<T>& frame, const std::type_iden
     };
     same_size(frame.samples, frame.variance, frame.direct, frame.root_direct, frame.root_direct_variance, frame.indirect,
               frame.root_indirect, frame.root_indirect_variance, frame.albedo, frame.albedo_variance, frame.normal,
-              frame.normal_variance, frame.depth, frame.depth_variance, frame.half_variance);
+              frame.normal_variance, frame.depth, frame.depth_variance, frame.halves, frame.root_direct_halves,
+              frame.root_indirect_halves);
     const int width = out.width(), height = out.height();
     const auto each = [&](auto&& f) {
         for (int y = 0; y < height; ++y)
@@ -321,7 +324,7 @@ LightDenoiseReport denoise_light(const FrameView<T>& frame, const std::type_iden
     blend_with_input<T>(result.view(), frame.radiance, frame.variance, samples, executor);
     restore_energy<T>(result.view(), given.view());
     if (!error.absent())
-        denoised_error<T>(result.view(), frame.radiance, frame.variance, frame.half_variance, own.view(), error, executor);
+        denoised_error<T>(result.view(), frame.radiance, frame.variance, frame.halves, own.view(), error, executor);
     each([&](int x, int y) { out.store(x, y, result.load(x, y)); });
     return report;
 }

@@ -14,19 +14,19 @@ inline namespace LAMBENT_ABI {
 /// of 100 pixels. Its square is what is left of the input's noise, `own` of it and 2 % of that around, by how much the
 /// difference to the input exceeds that noise over 7 x 7 pixels, which is bias, and a floor of 0.6 % of the value.
 /// own      share that the pixel's own input has in the result, in [0, 1]
-/// half_variance  as of PixelData, or absent: then well-spread samples are thought to err more than they do
+/// halves   as of PixelData, or absent: then well-spread samples are thought to err more than they do
 /// measured coverage of the factors: `bench_denoise --methods best` prints it
 /// threads  the same bits for any executor
 template <std::floating_point T, Executor E>
 void denoised_error(const PixelView<const T, 3>& clean, const PixelView<const T, 3>& noisy,
-                    const PixelView<const T, 3>& variance, const PixelView<const T, 3>& half_variance,
+                    const PixelView<const T, 3>& variance, const PixelView<const T, 3>& halves,
                     const PixelView<const T, 1>& own, const PixelView<T, 3>& error, E& executor) {
     require_same_size("denoised_error: clean and noisy", clean, noisy);
     require_same_size("denoised_error: clean and variance", clean, variance);
     require_same_size("denoised_error: clean and own share", clean, own);
     require_same_size("denoised_error: clean and error", clean, error);
     const int width = clean.width(), height = clean.height();
-    const Plane<T, 1> factor = spread_factor<T>(variance, half_variance, 0, executor);
+    const Plane<T, 1> factor = spread_factor<T>(variance, halves, executor);
     for (int c = 0; c < 3; ++c) {
         const auto noise = [&](int x, int y) {
             const T v = variance.load(x, y)[c] * factor.load(x, y);

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -24,11 +25,17 @@ inline namespace LAMBENT_ABI {
 /// rounding error grows with log2 of their number and the sums depend on *which* samples are in, not on how
 /// they were split between threads, passes, runs or machines: any split merges to the same bits.
 /// The samples of one film need not be contiguous; no sample is in twice.
-/// memory  width · height · (7 to 48 by the planes) · sizeof(T) for each block: one where their number is a power
-///         of two, at most log2 of it for samples from 0 on
+/// A pixel may stop at a power of two: then it holds those samples of the blocks that lie below it, and all its numbers
+/// are to the bit those of a film of so many samples. It never goes on.
+/// memory  width · height · (7 to 50 by the planes) · sizeof(T) for each block: one where their number is a power
+///         of two, at most log2 of it for samples from 0 on; a byte a pixel where one has stopped
 template <class T>
 class Film {
 public:
+    /// log2 of the sample index at which a pixel stopped, or `goes_on`.
+    using Stop = std::uint8_t;
+    static constexpr Stop goes_on = 0xff;
+
     struct Block {
         DyadicBlock samples;
         std::vector<T> sums; ///< width · height · channels()
@@ -52,13 +59,29 @@ public:
     const std::vector<std::int32_t>& material() const { return material_; }  ///< of the first sample; -1 = miss
     std::uint64_t rejected() const { return rejected_; } ///< samples that were not finite, see make_finite()
 
+    const std::vector<Stop>& stops() const { return stops_; } ///< a pixel each; empty where none has stopped
+
+    /// Samples of a pixel that has not stopped.
     std::uint64_t sample_count() const {
         std::uint64_t n = 0;
         for (const Block& b : blocks_) n += b.samples.size();
         return n;
     }
+    /// Samples of this pixel.
+    std::uint64_t sample_count(std::size_t pixel) const {
+        std::uint64_t n = 0;
+        for (const Block& b : blocks_) n += held(b.samples, pixel);
+        return n;
+    }
+    /// Samples of all pixels.
+    std::uint64_t total_samples() const {
+        if (stops_.empty()) return sample_count() * pixel_count();
+        std::uint64_t n = 0;
+        for (std::size_t pixel = 0; pixel < pixel_count(); ++pixel) n += sample_count(pixel);
+        return n;
+    }
 
-    /// The samples that are in, as few ranges as possible, ascending.
+    /// The samples that are in, at pixels that have not stopped, as few ranges as possible, ascending.
     std::vector<SampleRange> ranges() const {
         std::vector<SampleRange> out;
         for (const Block& b : blocks_) {
@@ -81,7 +104,8 @@ public:
     }
 
     /// Adds all samples of `other`; equal to having rendered them here.
-    /// throws lambent::Error when sizes or planes differ or a sample is in both
+    /// throws lambent::Error when sizes or planes differ, a sample is in both, or a pixel stopped in the one before
+    ///         samples that it has in the other
     void merge(Film other) {
         require(width_ == other.width_ && height_ == other.height_ && planes_ == other.planes_, [&] {
             return "Film: cannot merge " + shape() + " with " + other.shape();
@@ -92,6 +116,7 @@ public:
                     return "Film: samples " + describe(a.samples.range()) + " and " + describe(b.samples.range()) +
                            " overlap";
                 });
+        merge_stops(other);
         if (other.first_sample() < first_sample()) material_ = std::move(other.material_);
         rejected_ += other.rejected_;
         for (Block& b : other.blocks_) blocks_.push_back(std::move(b));
@@ -101,9 +126,10 @@ public:
     }
 
     /// Puts a film together again from what it was saved as.
-    /// throws lambent::Error on wrong sizes, and on blocks that overlap, are not aligned or not in order
+    /// throws lambent::Error on wrong sizes, on blocks that overlap, are not aligned or not in order, and on stops that
+    ///         are none
     static Film restore(int width, int height, FilmPlanes planes, std::vector<Block> blocks,
-                        std::vector<std::int32_t> material, std::uint64_t rejected) {
+                        std::vector<std::int32_t> material, std::uint64_t rejected, std::vector<Stop> stops = {}) {
         Film film(width, height, planes);
         const std::size_t sums = film.pixel_count() * std::size_t(film.channels());
         for (Block& block : blocks) {
@@ -120,10 +146,14 @@ public:
         require(material.size() == film.material_.size(), "Film: wrong number of material indices");
         film.material_ = std::move(material);
         film.rejected_ = rejected;
+        require(stops.empty() || stops.size() == film.pixel_count(), "Film: wrong number of stops");
+        for (const Stop stop : stops)
+            require(stop < 32 || stop == goes_on, [&] { return "Film: a pixel stopped at 2^" + std::to_string(stop); });
+        film.stops_ = std::move(stops);
         return film;
     }
 
-    /// The means, as planes; those that the film has not are absent. `position_offset` is added to positions
+    /// The means, as planes; those that the film has not are absent; a pixel without samples is 0. `position_offset` is added to positions
     /// (the scene's origin). All values are finite; sums that overflowed come as the largest number.
     PixelData<T> resolve(const Vec3d& position_offset = Vec3d(0)) const;
 
@@ -137,6 +167,32 @@ private:
         return blocks_.empty() ? std::numeric_limits<std::uint64_t>::max() : blocks_.front().samples.first;
     }
 
+    /// The sample index before which a pixel's samples lie.
+    std::uint64_t end_of(std::size_t pixel) const {
+        if (stops_.empty() || stops_[pixel] == goes_on) return std::numeric_limits<std::uint64_t>::max();
+        return std::uint64_t(1) << stops_[pixel];
+    }
+    /// How many of a block's samples a pixel holds. As stops are powers of two: none or all where the block isn't at 0.
+    std::uint64_t held(const DyadicBlock& block, std::size_t pixel) const {
+        return std::min(block.end(), std::max(block.first, end_of(pixel))) - block.first;
+    }
+
+    /// Takes the earlier of both stops, everywhere or, where that cannot be, nowhere.
+    void merge_stops(const Film& other) {
+        if (stops_.empty() && other.stops_.empty()) return;
+        std::vector<Stop> stops(pixel_count(), goes_on);
+        for (std::size_t pixel = 0; pixel < stops.size(); ++pixel) {
+            const std::uint64_t a = end_of(pixel), b = other.end_of(pixel);
+            for (const Block& block : (a < b ? other : *this).blocks_)
+                require(block.samples.end() <= std::min(a, b) || block.samples.first >= std::max(a, b), [&] {
+                    return "Film: pixel " + std::to_string(pixel) + " stopped at sample " + std::to_string(std::min(a, b)) +
+                           " and has some of " + describe(block.samples.range());
+                });
+            stops[pixel] = a < b ? stops_[pixel] : b < a || !other.stops_.empty() ? other.stops_[pixel] : goes_on;
+        }
+        stops_ = std::move(stops);
+    }
+
     void join_halves() {
         const detail::FilmLayout layout = this->layout();
         std::vector<Block> joined;
@@ -145,8 +201,11 @@ private:
             while (joined.size() > 1 && joined[joined.size() - 2].samples.joins(joined.back().samples)) {
                 Block& left = joined[joined.size() - 2];
                 const double n = double(left.samples.size());
-                for (std::size_t i = 0; i < left.sums.size(); i += std::size_t(layout.channels))
+                for (std::size_t pixel = 0; pixel < pixel_count(); ++pixel) {
+                    if (held(joined.back().samples, pixel) == 0) continue;
+                    const std::size_t i = pixel * std::size_t(layout.channels);
                     layout.merge_halves(&left.sums[i], &joined.back().sums[i], n);
+                }
                 ++left.samples.level;
                 joined.pop_back();
             }
@@ -162,17 +221,22 @@ private:
     FilmPlanes planes_ = FilmPlanes::features;
     std::vector<Block> blocks_;
     std::vector<std::int32_t> material_;
+    std::vector<Stop> stops_;
     std::uint64_t rejected_ = 0;
 };
 
+/// Which pixels go on: those that are not 0. Absent: all.
+using ActivePixels = PixelView<const std::uint8_t, 1>;
+
 /// One pass over a frame: every pixel adds the samples [begin, end) in ascending order, any pixel on any
-/// thread; finish() gives a film of them.
+/// thread; finish() gives a film of them. Pixels that are not active stop at the last power of two up to `begin`.
 template <class T>
 class FilmPass {
 public:
-    /// throws lambent::Error on an empty or negative size
-    FilmPass(int width, int height, FilmPlanes planes, std::uint64_t begin, std::uint64_t end)
+    /// throws lambent::Error on an empty or negative size, active pixels of another size, and a stop at 0
+    FilmPass(int width, int height, FilmPlanes planes, std::uint64_t begin, std::uint64_t end, const ActivePixels& active = {})
         : film_(width, height, planes), layout_(planes), begin_(begin) {
+        if (!active.absent()) stop_others(active);
         for (const DyadicBlock& samples : dyadic_blocks(begin, end))
             film_.blocks_.push_back({samples, std::vector<T>(film_.pixel_count() * std::size_t(layout_.channels))});
     }
@@ -227,6 +291,25 @@ public:
     }
 
 private:
+    void stop_others(const ActivePixels& active) {
+        require(active.width() == film_.width_ && active.height() == film_.height_, [&] {
+            return "FilmPass: " + std::to_string(active.width()) + " x " + std::to_string(active.height()) +
+                   " active pixels for a film of " + film_.shape();
+        });
+        std::vector<typename Film<T>::Stop> stops(film_.pixel_count(), Film<T>::goes_on);
+        bool stopped = false;
+        for (int y = 0; y < film_.height_; ++y)
+            for (int x = 0; x < film_.width_; ++x) {
+                if (active.load(x, y) != 0) continue;
+                stopped = true;
+                stops[std::size_t(y) * std::size_t(film_.width_) + std::size_t(x)] = std::uint8_t(std::bit_width(begin_) - 1);
+            }
+        if (!stopped) return;
+        require(begin_ > 0 && begin_ < std::uint64_t(1) << 32,
+                [&] { return "FilmPass: no pixel can stop at sample " + std::to_string(begin_); });
+        film_.stops_ = std::move(stops);
+    }
+
     Film<T> film_;
     detail::FilmLayout layout_;
     std::uint64_t begin_;
@@ -262,7 +345,9 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
     }
     if (layout.direct >= 0) frame.direct.allocate(width_, height_);
     if (layout.indirect >= 0) frame.indirect.allocate(width_, height_);
-    if (layout.halves >= 0) frame.half_variance.allocate(width_, height_);
+    if (layout.halves >= 0) frame.halves.allocate(width_, height_);
+    for (Plane<T, 1>* plane : {&frame.root_direct_halves, &frame.root_indirect_halves})
+        if (layout.root_halves >= 0) plane->allocate(width_, height_);
     const int depth_deviation = layout.deviation_of(layout.depth);
     if (depth_deviation >= 0) frame.depth_variance.allocate(width_, height_);
     if (blocks_.empty()) return frame;
@@ -271,7 +356,6 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
         const T narrow = T(value);
         return is_finite(narrow) ? narrow : std::numeric_limits<T>::max();
     };
-    const double n = double(sample_count());
     const std::size_t stride = std::size_t(layout.channels);
     std::array<double, detail::FilmLayout::most_channels> sums{};
     const auto mean3 = [&](int channel, double divisor) {
@@ -283,12 +367,14 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
             const std::size_t pixel = std::size_t(y) * std::size_t(width_) + std::size_t(x);
             const T* largest = &blocks_.front().sums[pixel * stride];
             std::copy_n(largest, stride, sums.begin());
-            double total = double(blocks_.front().samples.size());
+            double n = double(held(blocks_.front().samples, pixel));
             for (std::size_t b = 1; b < blocks_.size(); ++b) {
-                const double more = double(blocks_[b].samples.size());
-                layout.merge(sums.data(), total, &blocks_[b].sums[pixel * stride], more);
-                total += more;
+                const auto more = double(held(blocks_[b].samples, pixel));
+                if (more == 0) continue;
+                layout.merge(sums.data(), n, &blocks_[b].sums[pixel * stride], more);
+                n += more;
             }
+            if (n == 0) continue;
             const double hits = sums[std::size_t(layout.alpha)];
             frame.radiance.view().store(x, y, mean3(layout.radiance, n));
             if (n > 1) frame.variance.view().store(x, y, mean3(layout.deviation, n * (n - 1)));
@@ -300,12 +386,16 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
             if (!material_.empty()) frame.material.view().store(x, y, T(material_[pixel]));
             if (layout.direct >= 0) frame.direct.view().store(x, y, mean3(layout.direct, n));
             if (layout.indirect >= 0) frame.indirect.view().store(x, y, mean3(layout.indirect, n));
+            if (layout.halves >= 0) frame.halves.view().store(x, y, mean3(layout.halves, 1));
             for (const Part& part : parts) {
                 if (part.variance->view().absent()) continue;
                 if (part.mean != nullptr) part.mean->view().store(x, y, mean3(part.sum, n));
                 if (n > 1) part.variance->view().store(x, y, mean3(layout.deviation_of(part.sum), n * (n - 1)));
             }
-            if (layout.halves >= 0) frame.half_variance.view().store(x, y, mean3(layout.halves, n));
+            if (layout.root_halves >= 0) {
+                frame.root_direct_halves.view().store(x, y, stored(sums[std::size_t(layout.root_halves)]));
+                frame.root_indirect_halves.view().store(x, y, stored(sums[std::size_t(layout.root_halves + 1)]));
+            }
             if (depth_deviation >= 0 && n > 1)
                 frame.depth_variance.view().store(x, y, stored(sums[std::size_t(depth_deviation)] / (n * (n - 1))));
             if (!(hits > 0)) continue;

@@ -22,9 +22,10 @@ enum class FilmPlanes : std::uint16_t {
     material = 32,
     illumination = 64 | emission | albedo,
     features = 127,                               ///< all of the above
-    light_moments = 128,                          ///< direct and indirect light; moments of their roots; halves
+    light_moments = 128,                          ///< direct and indirect light; moments of their roots, and halves of them
     feature_moments = 256 | albedo | normal | depth, ///< their variances
-    statistics = features | light_moments | feature_moments ///< what denoisers can use: all planes
+    halves = 512 | emission | albedo,             ///< how far the means of each half of the samples are apart
+    statistics = features | light_moments | feature_moments | halves ///< what denoisers can use: all planes
 };
 
 constexpr FilmPlanes operator|(FilmPlanes a, FilmPlanes b) {
@@ -49,6 +50,7 @@ inline std::string describe(FilmPlanes planes) {
     add(FilmPlanes::illumination, "illumination");
     add(FilmPlanes::light_moments, "light moments");
     add(FilmPlanes::feature_moments, "feature moments");
+    add(FilmPlanes::halves, "halves");
     return names;
 }
 
@@ -64,13 +66,14 @@ inline T multiply_add(T a, T b, T c) {
 /// Where a pixel's sums stand: radiance, its squared deviations from the mean, the number of hits, then the
 /// planes asked for; -1 = not there. Merging is written so that no two compilations of it round differently.
 struct FilmLayout {
-    static constexpr int radiance = 0, deviation = 3, alpha = 6, most_channels = 48;
+    static constexpr int radiance = 0, deviation = 3, alpha = 6, most_channels = 50;
     int emission = -1, albedo = -1, normal = -1, position = -1, depth = -1;
     int direct = -1, indirect = -1, root_direct = -1, root_indirect = -1;
-    int halves = -1; ///< by how much the deviations of radiance, root_direct, root_indirect grew with the last merge
     int channels = alpha + 1;
 
-    int sums_end = 0; ///< channels from alpha to here are sums, those behind are deviations
+    int halves = -1, root_halves = -1; ///< of radiance; of root_direct and root_indirect, each summed over its channels
+
+    int sums_end = 0; ///< channels from alpha to here are sums, those behind are deviations and halves
 
     /// Sums of so many channels and the squared deviations that belong to them.
     struct Moment {
@@ -108,7 +111,8 @@ struct FilmLayout {
             place_deviation(normal, 3);
             place_deviation(depth, 1);
         }
-        place(FilmPlanes::light_moments, halves, 3);
+        place(FilmPlanes::halves, halves, 3);
+        place(FilmPlanes::light_moments, root_halves, 2);
     }
 
     /// Where the deviations of these sums stand.
@@ -161,18 +165,21 @@ struct FilmLayout {
     void merge_halves(T* a, const T* b, double n) const {
         const T scale = T(0.5 / n);
         const auto apart = [&](int sum) { return b[sum] - a[sum]; };
-        if (halves >= 0) {
-            const auto grown = [&](int sum) {
-                const T x = apart(sum), y = apart(sum + 1), z = apart(sum + 2);
-                return multiply_add(z, z, multiply_add(y, y, x * x)) * scale;
-            };
-            a[halves] = grown(radiance);
-            a[halves + 1] = grown(root_direct);
-            a[halves + 2] = grown(root_indirect);
-        }
         for_each_moment([&](int sum, int squares) {
             a[squares] = multiply_add(apart(sum) * apart(sum), scale, a[squares] + b[squares]);
         });
+        for (int c = 0; halves >= 0 && c < 3; ++c) {
+            const T means_apart = apart(radiance + c) * scale;
+            a[halves + c] = means_apart * means_apart;
+        }
+        if (root_halves >= 0) {
+            const auto together = [&](int sum) {
+                const T x = apart(sum) * scale, y = apart(sum + 1) * scale, z = apart(sum + 2) * scale;
+                return multiply_add(z, z, multiply_add(y, y, x * x));
+            };
+            a[root_halves] = together(root_direct);
+            a[root_halves + 1] = together(root_indirect);
+        }
         for_each_sum([&](int c) { a[c] += b[c]; });
     }
 
@@ -184,6 +191,11 @@ struct FilmLayout {
             const double difference = double(b[sum]) / nb - a[sum] / na;
             a[squares] = multiply_add(difference * difference, weight, a[squares] + double(b[squares]));
         });
+        const auto larger = [&](int c) { // the part's that is larger, as if all samples were like its
+            a[c] = nb > na ? double(b[c]) * (nb / (na + nb)) : a[c] * (na / (na + nb));
+        };
+        for (int c = 0; halves >= 0 && c < 3; ++c) larger(halves + c);
+        for (int c = 0; root_halves >= 0 && c < 2; ++c) larger(root_halves + c);
         for_each_sum([&](int c) { a[c] += double(b[c]); });
     }
 };

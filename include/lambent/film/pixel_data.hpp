@@ -57,7 +57,8 @@ struct FrameView {
     PixelView<const T, 3> direct{}, indirect{}, root_direct{}, root_direct_variance{}, root_indirect{}, root_indirect_variance{};
     PixelView<const T, 3> albedo_variance{}, normal_variance{};
     PixelView<const T, 1> depth_variance{};
-    PixelView<const T, 3> half_variance{};
+    PixelView<const T, 3> halves{};
+    PixelView<const T, 1> root_direct_halves{}, root_indirect_halves{};
 };
 
 /// The resolved planes of one frame: a structure of arrays, in which a plane that nobody asked for is absent.
@@ -84,15 +85,17 @@ struct PixelData {
     Plane<T, 3> root_indirect, root_indirect_variance; ///< the same of indirect light
     Plane<T, 3> albedo_variance, normal_variance;      ///< variances of the means
     Plane<T, 1> depth_variance;
-    Plane<T, 3> half_variance; ///< variances of the means of radiance, √direct and √indirect, each summed over its
-                               ///< channels, by how far two halves of the samples lie apart: for means over many pixels.
-                               ///< Unlike the others they see that well-spread samples err less. 0: one sample
+    /// A quarter of the squared distance between the mean radiances of the first and the second half of the samples: the
+    /// variance of the mean as samples that know of each other have it, by one degree of freedom.
+    Plane<T, 3> halves;
+    /// The same of the roots of direct and indirect light, summed over channels. For means over many pixels.
+    Plane<T, 1> root_direct_halves, root_indirect_halves;
 
     FrameView<T> view() const& {
         return {radiance.view(), emission.view(), albedo.view(), normal.view(), position.view(), variance.view(),
                 depth.view(), material.view(), samples.view(), direct.view(), indirect.view(), root_direct.view(),
                 root_direct_variance.view(), root_indirect.view(), root_indirect_variance.view(), albedo_variance.view(), normal_variance.view(),
-                depth_variance.view(), half_variance.view()};
+                depth_variance.view(), halves.view(), root_direct_halves.view(), root_indirect_halves.view()};
     }
     FrameView<T> view() const&& = delete;
 };

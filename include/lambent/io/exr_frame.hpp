@@ -69,7 +69,9 @@ void for_each_statistic(Frame& frame, F&& f) {
     f("root_direct_variance", "RGB", frame.root_direct_variance);
     f("root_indirect", "RGB", frame.root_indirect);
     f("root_indirect_variance", "RGB", frame.root_indirect_variance);
-    f("half_variance", "RGB", frame.half_variance);
+    f("halves", "RGB", frame.halves);
+    f("root_direct_halves", "Y", frame.root_direct_halves);
+    f("root_indirect_halves", "Y", frame.root_indirect_halves);
     f("albedo_variance", "RGB", frame.albedo_variance);
     f("N_variance", "XYZ", frame.normal_variance);
     f("Z_variance", "Y", frame.depth_variance);

@@ -53,18 +53,20 @@ std::string difference(const FilmState<T>& a, const FilmState<T>& b) {
 }
 
 // The file, little-endian, without padding:
-//   char[8]  "\x89LFILM\r\n"       u32 version = 1          u32 bytes of a scalar (4 or 8)
+//   char[8]  "\x89LFILM\r\n"       u32 version = 2          u32 bytes of a scalar (4 or 8)
 //   i32      width, height, x0, y0, x1, y1
 //   u32      planes (FilmPlanes)   u32 number of blocks     u64 rejected samples
 //   f64      camera: eye, target, up, vertical_fov; origin                       (13 of them)
 //   twice    u32 number of pairs, then key and value, each u32 length and bytes  (identity, settings)
+//   u32      0, or 1 where pixels have stopped
 //   i32      material index a pixel, if the planes have it
+//   u8       log2 of the sample index at which it stopped, a pixel, or 255, if pixels have
 //   a block  u64 first sample      u32 level                then the sums, pixel by pixel
 //   u64      ContentHash of all before, fed as it was written
 namespace detail {
 
 inline constexpr std::array<char, 8> film_magic = {'\x89', 'L', 'F', 'I', 'L', 'M', '\r', '\n'};
-inline constexpr std::uint32_t film_version = 1;
+inline constexpr std::uint32_t film_version = 2;
 inline constexpr std::uint64_t max_film_pixels = std::uint64_t(1) << 32;
 static_assert(std::endian::native == std::endian::little, "film files are written as they lie in memory");
 
@@ -188,7 +190,9 @@ void write_film(const std::string& path, const FilmState<T>& state) {
     detail::each_film_number(state, [&](double number) { out.value(number); });
     out.pairs(state.identity);
     out.pairs(state.settings);
+    out.value(std::uint32_t(film.stops().empty() ? 0 : 1));
     out.bytes(film.material().data(), film.material().size() * sizeof(std::int32_t));
+    out.bytes(film.stops().data(), film.stops().size());
     for (const auto& block : film.blocks()) {
         out.value(block.samples.first);
         out.value(block.samples.level);
@@ -246,9 +250,11 @@ FilmState<T> read_film(const std::string& path) {
 
     const std::uint64_t pixels = std::uint64_t(window.width()) * std::uint64_t(window.height());
     require(pixels <= detail::max_film_pixels, [&] { return path + ": " + std::to_string(pixels) + " pixels are too many"; });
+    const auto has_stops = in.value<std::uint32_t>();
+    require(has_stops <= 1, [&] { return path + ": " + std::to_string(has_stops) + " where 0 or 1 says whether pixels stopped"; });
     const bool has_material = contains(planes, FilmPlanes::material);
     const auto channels = std::uint64_t(detail::FilmLayout(planes).channels);
-    const std::uint64_t expected = (has_material ? 4 * pixels : 0) + blocks * (12 + pixels * channels * sizeof(T)) + 8;
+    const std::uint64_t expected = (has_material ? 4 * pixels : 0) + has_stops * pixels + blocks * (12 + pixels * channels * sizeof(T)) + 8;
     require(expected == in.left(), [&] {
         return path + ": " + std::to_string(in.left()) + " bytes follow the header where " + std::to_string(blocks) +
                " blocks of " + std::to_string(window.width()) + " x " + std::to_string(window.height()) + " pixels with " +
@@ -256,6 +262,8 @@ FilmState<T> read_film(const std::string& path) {
     });
     std::vector<std::int32_t> material(has_material ? pixels : 0);
     in.bytes(material.data(), material.size() * sizeof(std::int32_t));
+    std::vector<typename Film<T>::Stop> stops(has_stops * pixels);
+    in.bytes(stops.data(), stops.size());
     std::vector<typename Film<T>::Block> sums(blocks);
     for (auto& block : sums) {
         block.samples.first = in.value<std::uint64_t>();
@@ -265,7 +273,8 @@ FilmState<T> read_film(const std::string& path) {
     }
     in.finish();
     try {
-        state.film = Film<T>::restore(window.width(), window.height(), planes, std::move(sums), std::move(material), rejected);
+        state.film = Film<T>::restore(window.width(), window.height(), planes, std::move(sums), std::move(material), rejected,
+                                      std::move(stops));
     } catch (const Error& error) {
         fail(path + ": " + error.what());
     }

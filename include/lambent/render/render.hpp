@@ -30,6 +30,7 @@ struct RenderOptions {
     double firefly_clamp = std::numeric_limits<double>::infinity(); ///< largest channel of a sample's reflected
                                                                     ///< radiance: above, it is scaled down
     int tile = 16;                    ///< side of the squares that threads take, in pixels
+    ActivePixels active{};            ///< of the window: see FilmPass. Absent = all
 };
 
 struct RenderResult {
@@ -50,7 +51,8 @@ Vec3d origin_of(const S& scene) {
 /// which is made when it is empty. What a pixel gets depends on scene, sampler and sample index alone: any
 /// number of threads, order of tiles and split of the samples gives the same bits.
 /// `keep_going()` is asked before each tile; once it says no, the pass is dropped.
-/// throws lambent::Error on an empty image, a window outside it, an empty sample range, a film that does not fit
+/// throws lambent::Error on an empty image, a window outside it, an empty sample range, a film that does not fit, active
+///         pixels of another size than the window, stops at 0
 template <class S, class I, Sampler P, Executor E, class KeepGoing>
 RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera& camera, const I& integrator,
                     const P& sampler, const RenderOptions& options, E& executor, KeepGoing&& keep_going) {
@@ -71,7 +73,7 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
     const int tiles_x = (width + tile - 1) / tile, tiles_y = (height + tile - 1) / tile;
     const CameraRays<T> rays(camera, options.width, options.height, detail::origin_of(scene));
 
-    FilmPass<T> pass(width, height, options.planes, options.first_sample, options.end_sample);
+    FilmPass<T> pass(width, height, options.planes, options.first_sample, options.end_sample, options.active);
     std::atomic<std::uint64_t> closest{0}, shadow{0};
     std::atomic<bool> stopped{false};
     executor.parallel_for(std::size_t(tiles_x) * std::size_t(tiles_y), 1, [&](std::size_t begin, std::size_t end) {
@@ -84,6 +86,7 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
             const int tile_x = int(index % std::size_t(tiles_x)) * tile, tile_y = int(index / std::size_t(tiles_x)) * tile;
             for (int y = tile_y; y < std::min(height, tile_y + tile); ++y)
                 for (int x = tile_x; x < std::min(width, tile_x + tile); ++x) {
+                    if (!options.active.absent() && options.active.load(x, y) == 0) continue;
                     const auto px = std::uint32_t(x + window.x0), py = std::uint32_t(y + window.y0);
                     typename FilmPass<T>::Pixel pixel(pass, x, y);
                     for (std::uint64_t i = options.first_sample; i < options.end_sample; ++i) {
