@@ -37,6 +37,7 @@ std::vector<std::string> facts_of(const Scene<float>& scene) {
     add(any_normal_map(scene), "normal_maps");
     add(any_alpha(scene), "alpha");
     add(any_glossy(scene), "specular");
+    add(any_glossy(scene) && scene.compensated, "compensation");
     add(any_material(scene, [](const Material& m) { return m.transmission > 0; }), "transmission");
     add(any_emissive(scene), "emissive_surfaces");
     add(any_material(scene, [](const Material& m) { return bool(m.emission_texture); }), "emissive_textures");

@@ -97,6 +97,8 @@ std::optional<Options> parse_options(int argc, char** argv) {
     });
     line.add("--env F.hdr|F.exr|constant:r,g,b", "light from far away (the scene's)", [&](auto& v) { set_environment(o, v); });
     line.add("--env-rotate DEG", "about the vertical (0)", [&](auto& v) { o.environment_rotation = to_number(v); });
+    line.add("--compensation", "facets pass light on to each other, which glTF's formula loses (off)",
+             [&](auto&) { o.compensated = true; });
     line.add("--env-scale X", "factor on it (1)", [&](auto& v) { o.environment_scale = to_positive(v); });
     line.add("--sphere-light x,y,z,r,radiance", "one more light; repeatable (none)", [&](auto& v) { add_sphere_light(o, v); });
     line.add("--scene N", "which of a glTF file's scenes (its default)",

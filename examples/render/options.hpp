@@ -37,6 +37,7 @@ struct Options {
     std::string environment; ///< a file
     std::optional<lambent::Vec3d> constant_environment;
     double environment_rotation = 0, environment_scale = 1;
+    bool compensated = false; ///< Scene::compensated
     std::vector<SphereLightOption> sphere_lights;
     int camera = 0;
     bool camera_chosen = false;

@@ -42,6 +42,7 @@ bool has_light(const Scene<float>& scene) {
 
 Scene<float> make_scene(const Options& o, ThreadExecutor& threads) {
     Scene<float> scene = load_named_scene(o, threads);
+    scene.compensated = o.compensated;
     if (!o.environment.empty() || o.constant_environment) scene.environment = make_environment(o, scene.notes);
     for (const SphereLightOption& light : o.sphere_lights) {
         Material m;

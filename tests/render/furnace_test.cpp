@@ -69,6 +69,21 @@ TEST_CASE("G5: an open white furnace shows the albedo: 1 and 0.5") {
         }
 }
 
+TEST_CASE("open furnace: a rough white metal shows what its facets lose, unless the scene compensates for it") {
+    SerialExecutor serial;
+    Scene<float> scene = open_furnace(1, true);
+    scene.materials[0].metallic = scene.materials[0].roughness = 1;
+    for (const bool compensated : {false, true}) {
+        CAPTURE(compensated);
+        scene.compensated = compensated;
+        const PreparedScene<float> prepared(scene, serial);
+        const Estimate e = image_mean(prepared, close_up, {8, 8}, PathIntegrator<>{}, 512);
+        CHECK(e.grey_error < 0.002);
+        if (compensated) CHECK(std::abs(e.grey - 1) < 0.005);
+        else CHECK(e.grey < 0.8);
+    }
+}
+
 TEST_CASE("S4: a closed furnace of emission 1 shows 1 / (1 - albedo): 2 and 10") {
     SerialExecutor serial;
     for (const double albedo : {0.5, 0.9}) {

@@ -78,6 +78,7 @@ StandardPoint<T> standard_point(const Scene<T>& scene, const Material& m, const 
     if (m.transmission_texture) p.transmission *= T(look_up(scene, m.transmission_texture, a).x);
     p.thin = !(m.thickness > 0);
     p.front = front;
+    p.compensated = scene.compensated;
     p.clearcoat = T(m.clearcoat);
     if (m.clearcoat_texture) p.clearcoat *= T(look_up(scene, m.clearcoat_texture, a).x);
     p.clearcoat_roughness = T(m.clearcoat_roughness);

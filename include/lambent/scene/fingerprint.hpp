@@ -27,7 +27,7 @@ std::uint64_t fingerprint(const Scene<T>& scene) {
     ContentHash hash;
     const auto add_all = [&](const auto&... values) { (detail::add_to(hash, values), ...); };
     add_all(scene.positions, scene.normals, scene.tangents, scene.texcoords, scene.texcoords1, scene.colors,
-            scene.triangles, scene.triangle_materials, scene.origin);
+            scene.triangles, scene.triangle_materials, scene.origin, scene.compensated);
     for (const Sphere<T>& sphere : scene.spheres) {
         const auto& [center, radius, material] = sphere;
         add_all(center, radius, material);

@@ -45,6 +45,7 @@ struct Scene {
     std::vector<Image> images;
     std::vector<PunctualLight> punctual_lights;
     Environment environment;
+    bool compensated = false;        ///< StandardPoint::compensated, of all materials
     std::vector<Camera> cameras;
     Vec3d origin{0};
     std::vector<std::string> notes;  ///< what a loader wants the user to know, a sentence each
