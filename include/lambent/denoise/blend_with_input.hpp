@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <cstdint>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -12,7 +13,7 @@ inline namespace LAMBENT_ABI {
 /// Puts back into the filtered `clean` as much of its input `noisy` as their difference exceeds the input's noise, which
 /// is where the filter errs: the share 1 - 2 · variance / difference² (3 below 16 samples), of means over 3 x 3 pixels, at
 /// least 0. A pixel whose samples agree with each other, but not with a filter that made it more than twice as bright, is
-/// believed alone. Neither where all that these pixels lack is less than one bright sample brings, by the variances around.
+/// believed alone where it is one of three in its 3 x 3 pixels. Neither where all that these pixels lack is less than one bright sample brings, by the variances around.
 /// As the noise goes to 0 the result becomes the input, whatever the filter did.
 /// variance of the means in `noisy`; pixels that are not finite stay as the filter left them
 /// samples  in a pixel, on the whole: below 2 there is no variance and nothing is done, below 8 agreement means nothing
@@ -51,16 +52,27 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
     }, executor);
     const T margin = T(samples < 16 ? 3 : 2);                // variances of few samples are noisy themselves
     const double agreement = std::min(1.0, samples / 16); // square of the samples' relative deviation
+    Plane<std::uint8_t, 1> sure(width, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            if (samples < 8 || !usable(x, y)) continue;
+            const T g2 = dot(noisy.load(x, y), noisy.load(x, y));
+            sure.view().store(x, y, difference2(x, y) > g2 && noise2(x, y) * T(samples) < T(agreement) * g2);
+        }
+    const auto sure_around = [&](int x, int y) {
+        int count = 0;
+        for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
+            for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u) count += sure.load(u, v);
+        return count;
+    };
     Plane<T, 1> shares(width, height);
     executor.parallel_for(std::size_t(height), 16, [&](std::size_t begin, std::size_t end) {
         for (int y = int(begin); y < int(end); ++y)
             for (int x = 0; x < width; ++x) {
                 if (!usable(x, y)) continue;
                 T share = T(1) - margin * noise.load(x, y) / std::max(difference.load(x, y), T(1e-20));
-                const Vec3<T> given = noisy.load(x, y);
-                const T n2 = noise2(x, y), d2 = difference2(x, y), g2 = dot(given, given);
-                if (samples >= 8 && d2 > g2 && n2 * T(samples) < T(agreement) * g2)
-                    share = std::max(share, T(1) - T(9) * n2 / d2);
+                if (sure.load(x, y) != 0 && sure_around(x, y) >= 3)
+                    share = std::max(share, T(1) - T(9) * noise2(x, y) / difference2(x, y));
                 if (!(share > 0)) continue;
                 // Light that comes in few bright samples is absent from most pixels: that alone is no contradiction.
                 T event2 = 0; // square of what one such sample adds to a pixel here
