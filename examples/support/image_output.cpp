@@ -38,7 +38,7 @@ void set_layers(ImageSettings& settings, const std::string& text) {
     for (const auto& [name, plane] : layer_planes) names.push_back(name);
     for (const std::string& name : split(text, ',')) {
         if (name != "all") settings.layers->push_back(names[to_choice(name, names)]);
-        else settings.layers->insert(settings.layers->end(), names.begin(), names.end() - 1); // without statistics
+        else settings.layers->insert(settings.layers->end(), names.begin(), names.end() - 2); // without error and statistics
     }
 }
 

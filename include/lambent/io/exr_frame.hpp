@@ -29,7 +29,7 @@ struct ExrFrameOptions {
     std::optional<std::vector<std::string>> layers{}; ///< which of "noisy", "albedo", "illumination",
                                                       ///< "emission", "N", "P", "Z", "material", "samples",
                                                       ///< "variance", "error", "statistics" to write; unset: all
-                                                      ///< that the frame has but statistics
+                                                      ///< that the frame has but the last two
     std::map<std::string, ExrValue> attributes{}; ///< spp, seed, version … and camera_attributes()
     PixelWindow window{};                         ///< where the frame lies in the whole image; empty = it is all
     int image_width = 0, image_height = 0;        ///< of the whole image, where there is a window
@@ -130,7 +130,7 @@ ExrImage to_exr(const PixelData<T>& frame, const ExrFrameOptions<T>& options = {
     write_layer("material", "material", "Y", frame.material, ExrType::float32);
     write_layer("samples", "samples", "Y", frame.samples, ExrType::float32);
     write_layer("variance", "variance", "RGB", frame.variance, ExrType::float32);
-    if (wanted("error")) write("error", "RGB", options.error, ExrType::float32);
+    if (options.layers && wanted("error")) write("error", "RGB", options.error, ExrType::float32);
     if (options.layers && wanted("statistics"))
         detail::for_each_statistic(frame, [&](const char* name, std::string_view suffixes, const auto& plane) {
             write(name, suffixes, plane.view(), ExrType::float32);
