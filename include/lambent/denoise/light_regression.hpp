@@ -40,7 +40,7 @@ namespace detail {
 template <class T>
 class PhasedPlanes {
 public:
-    static constexpr int rim = 16, reserve = 48; ///< pixels left and right; zeros that tiles may read beyond them
+    static constexpr int rim = 16, reserve = 80; ///< pixels left and right; zeros that tiles (64 wide) may read beyond them
 
     PhasedPlanes(int width, int height, int channels, int stride)
         : stride_(stride), row_((width + 2 * rim + reserve + stride - 1) / stride), rows_(height + 2 * rim),
