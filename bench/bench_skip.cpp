@@ -143,7 +143,7 @@ public:
         const auto mask = emitter_mask(truth.emission.view());
         const auto error = [&](const PixelData<float>& f) { return rel_mse(f.radiance.view(), truth.radiance.view(), mask.view()); };
         std::vector<double> with, without, hits;
-        for (int round = 0; round < std::max(1, o_.rounds / 2); ++round) {
+        for (int round = 0; round < std::max(3, o_.rounds / 2); ++round) {
             const auto seed = std::uint32_t(round) + 1;
             double start = cpu_seconds();
             const PixelData<float> frame = adaptive(scene, camera, target, seed);
@@ -159,6 +159,7 @@ public:
             without.push_back(seconds_to(reached, points));
         }
         const double hit = median(hits);
+        std::fprintf(stderr, "%s: rel_mse over target squared %.3f\n", s.name.c_str(), hit);
         print(s.name, "adaptive", median(with), median(without), hit >= 0.7 && hit <= 1.2);
         return hit >= 0.7 && hit <= 1.2;
     }
