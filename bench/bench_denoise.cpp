@@ -6,10 +6,10 @@
 #include "denoise_scenes.hpp"
 #include "error_time_rows.hpp"
 #include "peers/peer.hpp"
+#include "timing.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <lambent/denoise/denoise.hpp>
@@ -93,8 +93,6 @@ std::vector<std::string> to_scenes(const std::string& list) {
     }
     return names;
 }
-
-double cpu_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 fs::path in_cache(const Options& o, const Subject& s, const std::string& rest) {
     const std::string size = std::to_string(o.width) + "x" + std::to_string(o.height);

@@ -5,9 +5,9 @@
 #include "error_time_rows.hpp"
 #include "peers/export.hpp"
 #include "peers/peer.hpp"
+#include "timing.hpp"
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/film/metrics.hpp>
@@ -95,13 +95,6 @@ PixelData<float> trace(const Subject& s, const PreparedScene<float>& prepared, c
         return go(PathIntegrator<>{}, StratifiedSampler<float>(seed, std::uint32_t(spp)));
     if (estimator == "independent") return go(PathIntegrator<>{}, IndependentSampler<float>(seed));
     return go(PathIntegrator<>{}, SobolSampler<float>(seed));
-}
-
-double cpu_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
-
-double median(std::vector<double> v) {
-    std::sort(v.begin(), v.end());
-    return v.size() % 2 == 1 ? v[v.size() / 2] : (v[v.size() / 2 - 1] + v[v.size() / 2]) / 2;
 }
 
 /// A builtin scene, or one with its converged image NAME_128.exr and its sky beside it.

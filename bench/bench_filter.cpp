@@ -3,6 +3,7 @@
 // has to.
 #include "../examples/support/command_line.hpp"
 #include "seed_naive.hpp"
+#include "timing.hpp"
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -155,12 +156,6 @@ double largest_difference(const Plane<float, 3>& a, const Plane<float, 3>& b) {
         largest = std::max(largest, std::abs(double(a.values()[i]) - double(b.values()[i])) /
                                         std::max(1.0, std::abs(double(b.values()[i]))));
     return largest;
-}
-
-double median(std::vector<double> v) {
-    if (v.empty()) return 0;
-    std::sort(v.begin(), v.end());
-    return v[v.size() / 2];
 }
 
 struct Variant {

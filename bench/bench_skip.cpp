@@ -1,11 +1,11 @@
-// What is left out for a scene that doesn't need it, and what that saves: each row has the same image by code that leaves
-// it out and by code that does not, in turns, on one pinned thread, CPU time, medians.
+// What is left out for a scene that doesn't need it, and what that saves: each row has the same image by code that
+// leaves it out and by code that does not, in turns, on one pinned thread, CPU time, medians.
 #include "../examples/support/command_line.hpp"
 #include "bvh/affinity.hpp"
 #include "error_time_rows.hpp"
+#include "timing.hpp"
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <cmath>
 #include <lambent/film/metrics.hpp>
 #include <lambent/render/adaptive.hpp>
@@ -60,7 +60,9 @@ struct Everything {
     LightSample<float> sample_light(const Vec3f& p, const Vec3f& n, const Vec2f& u, Companion c) const {
         return scene.sample_light(p, n, u, c);
     }
-    float hit_light_pdf(const Ray<float>& r, const Hit<float>& h, const Vec3f& n) const { return scene.hit_light_pdf(r, h, n); }
+    float hit_light_pdf(const Ray<float>& r, const Hit<float>& h, const Vec3f& n) const {
+        return scene.hit_light_pdf(r, h, n);
+    }
     float background_pdf(const Vec3f& d) const { return scene.background_pdf(d); }
 
 private:
@@ -75,7 +77,8 @@ private:
     auto alpha(const Ray<float>&) const {
         return [this](std::uint32_t triangle, float u, float v, float) {
             const Material& m = material(triangle);
-            return m.alpha_mode == AlphaMode::opaque || coverage_at(scene.scene(), m, attributes_at(scene.scene(), triangle, u, v)) > 0;
+            return m.alpha_mode == AlphaMode::opaque ||
+                   coverage_at(scene.scene(), m, attributes_at(scene.scene(), triangle, u, v)) > 0;
         };
     }
 };
@@ -92,13 +95,6 @@ Subject under_sky(Subject s) {
     s.scene.environment.scale = Vec3f(1);
     s.name += " under a sky";
     return s;
-}
-
-double cpu_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
-
-double median(std::vector<double> v) {
-    std::sort(v.begin(), v.end());
-    return v[v.size() / 2];
 }
 
 class Bench {
@@ -118,14 +114,17 @@ public:
         bool all = true;
         if (s.scene.spheres.empty()) { // Everything asks the tree alone
             all &= compare(s.name, "alpha", plain, [&] { return trace(Everything<Feature::alpha>{scene}, few); });
-            all &= compare(s.name, "front sides", plain, [&] { return trace(Everything<Feature::camera>{scene}, few); });
+            all &=
+                compare(s.name, "front sides", plain, [&] { return trace(Everything<Feature::camera>{scene}, few); });
         }
-        all &= compare(s.name, "standard material", plain, [&] { return trace(Everything<Feature::bsdf>{scene}, few); }, 0.02);
+        all &= compare(
+            s.name, "standard material", plain, [&] { return trace(Everything<Feature::bsdf>{scene}, few); }, 0.02);
         all &= compare(s.name, "features", plain, [&] { return trace(scene, FilmPlanes::features); });
         all &= compare(s.name, "statistics", [&] { return trace(scene, FilmPlanes::features); },
                        [&] { return trace(scene, FilmPlanes::statistics); });
         if (!scene.has_lights(Companion::bsdf))
-            all &= compare(s.name, "light sampling", plain, [&] { return trace(Everything<Feature::light_sampling>{scene}, few); });
+            all &= compare(s.name, "light sampling", plain,
+                           [&] { return trace(Everything<Feature::light_sampling>{scene}, few); });
         return all;
     }
 
@@ -141,7 +140,9 @@ public:
         };
         const PixelData<float> truth = uniform(o_.reference_spp, 1000);
         const auto mask = emitter_mask(truth.emission.view());
-        const auto error = [&](const PixelData<float>& f) { return rel_mse(f.radiance.view(), truth.radiance.view(), mask.view()); };
+        const auto error = [&](const PixelData<float>& f) {
+            return rel_mse(f.radiance.view(), truth.radiance.view(), mask.view());
+        };
         std::vector<double> with, without, hits;
         for (int round = 0; round < std::max(3, o_.rounds / 2); ++round) {
             const auto seed = std::uint32_t(round) + 1;
@@ -165,13 +166,15 @@ public:
     }
 
 private:
-    PixelData<float> adaptive(const PreparedScene<float>& scene, const Camera& camera, double target, std::uint32_t seed) {
+    PixelData<float> adaptive(const PreparedScene<float>& scene, const Camera& camera, double target,
+                              std::uint32_t seed) {
         Film<float> film;
         RenderOptions options{.width = o_.side, .height = o_.side, .end_sample = 8, .planes = FilmPlanes::halves};
         Plane<std::uint8_t, 1> active;
         for (;;) {
             options.active = std::as_const(active).view();
-            render(film, scene, camera, PathIntegrator<>{}, SobolSampler<float>(seed), options, serial_, [] { return true; });
+            render(film, scene, camera, PathIntegrator<>{}, SobolSampler<float>(seed), options, serial_,
+                   [] { return true; });
             AdaptiveRound round = next_round(film, {.error_target = target}, serial_);
             if (round.count == 0) return film.resolve();
             active = std::move(round.active);
@@ -225,7 +228,8 @@ int main(int argc, char** argv) try {
     Options o;
     CommandLine line("bench_skip [options]");
     bool help = false;
-    line.add("--rounds N", "of which medians are taken (7)", [&](const std::string& v) { o.rounds = int(to_integer(v, 1, 1000)); });
+    line.add("--rounds N", "of which medians are taken (7)",
+             [&](const std::string& v) { o.rounds = int(to_integer(v, 1, 1000)); });
     line.add("--quick", "one round of small images (off)", [&](const std::string&) { o = {1, 64, 8, 2048, o.json}; });
     line.add("--json", "one object a line", [&](const std::string&) { o.json = true; });
     line.add("--help", "this list", [&](const std::string&) { help = true; });

@@ -1,7 +1,7 @@
 #pragma once
+#include "../timing.hpp"
 #include "soup.hpp"
 #include <cstddef>
-#include <ctime>
 #include <functional>
 #include <limits>
 #include <string>
@@ -38,6 +38,3 @@ struct Contender {
 struct BuildCost {
     double seconds = 0, bytes_per_triangle = 0;
 };
-
-/// Spent by this process, all threads together.
-inline double cpu_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }

@@ -7,12 +7,6 @@
 
 namespace {
 
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 /// How many times as fast as `base`; 0 without one.
 double ratio_to(const std::vector<double>* base, const std::vector<double>& seconds) {
     if (base == nullptr) return 0;

@@ -133,7 +133,7 @@ int run(const Options& o) {
                     denoised.report.non_finite, denoised.report.spikes);
         if (denoised.report.error)
             std::printf("estimated error  %.4f, denoised %.4f\n", estimated_error(frame),
-                        estimated_error<float>(denoised.radiance.view(), denoised.error.view()));
+                        estimated_error<float>(denoised.radiance.view(), denoised.error.view(), frame.emission.view()));
         std::printf("seconds          read %.3f, denoise %.3f, write %.3f\n", times.read_s, times.denoise_s, times.write_s);
         std::printf("wrote            %s%s%s\n", o.out.c_str(), o.preview.empty() ? "" : ", ", o.preview.c_str());
     }

@@ -61,7 +61,8 @@ void check_together(const Options& o) {
     if (!o.crop.empty() && !o.crop.inside(o.width, o.height))
         throw UsageError("--crop reaches out of the image of " + std::to_string(o.width) + " x " + std::to_string(o.height));
     if (o.range && o.error_target > 0)
-        throw UsageError("--sample-range and --error-target exclude each other: where a pixel stops takes all samples before");
+        throw UsageError(
+            "--sample-range and --error-target exclude each other: where a pixel stops takes all samples before");
     if (o.eye && o.target && *o.eye == *o.target) throw UsageError("--eye and --target coincide");
 }
 

@@ -50,14 +50,17 @@ void print_report(const RunReport& r, const std::vector<std::string>& files) {
     const std::string spp = r.min_spp == r.spp ? std::to_string(r.spp) + " a pixel"
                                                : std::to_string(r.min_spp) + " to " + std::to_string(r.spp) +
                                                      " a pixel, " + shortened(r.mean_spp) + " on average";
-    std::printf("samples          %s, %.3f Msamples/s, %.3f Mrays/s on %u threads\n", spp.c_str(), per_second(double(r.samples), r.render_s) * 1e-6,
+    std::printf("samples          %s, %.3f Msamples/s, %.3f Mrays/s on %u threads\n", spp.c_str(),
+                per_second(double(r.samples), r.render_s) * 1e-6,
                 per_second(double(r.rays.closest + r.rays.shadow), r.render_s) * 1e-6, r.threads);
     if (r.rejected > 0)
         std::printf("rejected         %llu samples were not finite\n", static_cast<unsigned long long>(r.rejected));
     const std::string target = r.error_target > 0 ? " for a target of " + shortened(r.error_target) : "";
     if (r.image.denoised_error >= 0)
-        std::printf("estimated error  %.4f%s, denoised %.4f\n", r.image.estimated_error, target.c_str(), r.image.denoised_error);
-    else if (r.image.estimated_error >= 0) std::printf("estimated error  %.4f%s\n", r.image.estimated_error, target.c_str());
+        std::printf("estimated error  %.4f%s, denoised %.4f\n", r.image.estimated_error, target.c_str(),
+                    r.image.denoised_error);
+    else if (r.image.estimated_error >= 0)
+        std::printf("estimated error  %.4f%s\n", r.image.estimated_error, target.c_str());
     else std::printf("estimated error  unknown: it takes two samples a pixel\n");
     std::string names;
     for (const std::string& file : files) names.append(names.empty() ? "" : ", ").append(file);
@@ -72,9 +75,10 @@ void print_explanation(const RunReport& r) {
     };
     std::printf("facts            %s\n", list(r.facts).c_str());
     std::printf("integrator       %s; %s\n", r.integrator.c_str(), r.sampler.c_str());
-    for (const std::string& what : r.skipped) std::printf("skipped          %-16s %s\n", what.c_str(), reasons().at(what).c_str());
-    std::printf("planes           %s; those left out save %.3f of %.3f MiB a block of samples\n", describe(r.planes).c_str(),
-                r.planes_saved_mib, r.planes_all_mib);
+    for (const std::string& what : r.skipped)
+        std::printf("skipped          %-16s %s\n", what.c_str(), reasons().at(what).c_str());
+    std::printf("planes           %s; those left out save %.3f of %.3f MiB a block of samples\n",
+                describe(r.planes).c_str(), r.planes_saved_mib, r.planes_all_mib);
     if (r.error_target > 0)
         std::printf("stopped          %.1f %% of the pixels, which saves %.1f %% of %llu samples a pixel everywhere\n",
                     100 * r.stopped, 100 * (1 - r.mean_spp / double(r.spp)), static_cast<unsigned long long>(r.spp));
@@ -114,7 +118,8 @@ void write_stats(const std::string& path, const RunReport& r) {
     number("peak_mib", peak_mib());
     number("planes_saved_mib", r.planes_saved_mib);
     number("stopped", r.stopped);
-    std::fprintf(file.get(), "  \"integrator\": \"%s\",\n  \"sampler\": \"%s\",\n", r.integrator.c_str(), r.sampler.c_str());
+    std::fprintf(file.get(), "  \"integrator\": \"%s\",\n  \"sampler\": \"%s\",\n", r.integrator.c_str(),
+                 r.sampler.c_str());
     std::fprintf(file.get(), "  \"facts\": %s,\n  \"skipped\": %s,\n", json_list(r.facts).c_str(), json_list(r.skipped).c_str());
     if (r.image.denoised_error >= 0) number("denoised_error", r.image.denoised_error);
     if (r.image.estimated_error >= 0) std::fprintf(file.get(), "  \"estimated_error\": %.9g\n}\n", r.image.estimated_error);

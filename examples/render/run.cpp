@@ -102,8 +102,8 @@ private:
         }
     }
 
-    /// Rounds that double the samples, each of the pixels that need them; where each one ends depends on its film alone, so
-    /// that an interrupted render goes on as it would have.
+    /// Rounds that double the samples, each of the pixels that need them; where each one ends depends on its film
+    /// alone, so that an interrupted render goes on as it would have.
     void render_rounds() {
         const AdaptiveOptions adaptive{.error_target = o_.error_target};
         const std::uint64_t limit = o_.samples().end;
@@ -235,7 +235,9 @@ int run(const Options& o) {
     report.integrator = state.identity.at("integrator");
     report.sampler = state.identity.at("sampler");
     report.planes = state.film.planes();
-    const auto plane_mib = [&](int channels) { return double(channels) * double(state.film.pixel_count() * sizeof(float)) / 0x1p20; };
+    const auto plane_mib = [&](int channels) {
+        return double(channels) * double(state.film.pixel_count() * sizeof(float)) / 0x1p20;
+    };
     report.planes_all_mib = plane_mib(Film<float>(1, 1, FilmPlanes::statistics).channels());
     report.planes_saved_mib = report.planes_all_mib - plane_mib(state.film.channels());
     report.stopped = double(std::count_if(state.film.stops().begin(), state.film.stops().end(),

@@ -38,7 +38,9 @@ void set_layers(ImageSettings& settings, const std::string& text) {
     for (const auto& [name, plane] : layer_planes) names.push_back(name);
     for (const std::string& name : split(text, ',')) {
         if (name != "all") settings.layers->push_back(names[to_choice(name, names)]);
-        else settings.layers->insert(settings.layers->end(), names.begin(), names.end() - 2); // without error and statistics
+        else
+            settings.layers->insert(settings.layers->end(), names.begin(),
+                                    names.end() - 2); // without error and statistics
     }
 }
 
@@ -63,9 +65,12 @@ std::map<std::string, ExrValue> metadata(const FilmState<float>& state) {
     attributes["spp"] = int(std::min<std::uint64_t>(state.film.sample_count(), std::numeric_limits<int>::max()));
     const auto seed = state.identity.find("seed");
     if (seed != state.identity.end()) attributes["seed"] = std::strtod(seed->second.c_str(), nullptr);
-    for (const auto& [name, key] : {std::pair{"facts", "scene facts"}, {"skipped", "skipped"}, {"integrator", "integrator"},
+    for (const auto& [name, key] : {std::pair{"facts", "scene facts"},
+                                    {"skipped", "skipped"},
+                                    {"integrator", "integrator"},
                                     {"sampler", "sampler"}}) // what --explain prints
-        if (const auto words = state.identity.find(key); words != state.identity.end()) attributes[name] = words->second;
+        if (const auto words = state.identity.find(key); words != state.identity.end())
+            attributes[name] = words->second;
     const std::vector<SampleRange> ranges = state.film.ranges();
     if (ranges.size() != 1 || ranges[0].begin != 0) { // a part of an image, to be merged with others
         std::string text;
@@ -126,7 +131,8 @@ void add_image_options(CommandLine& line, ImageSettings& settings) {
     add("--sigma-material X|off", "likewise", [](S& s, Text t) { s.sigma_material = to_sigma(t); });
     add("--despike X|off", "clamp pixels X deviations above their neighbours (by the method)",
         [](S& s, Text t) { s.despike = to_sigma(t); });
-    add("--aov all|none|LIST", "planes beside the image, as albedo,N,Z; all,statistics for denoise (all)", [](S& s, Text t) { set_layers(s, t); });
+    add("--aov all|none|LIST", "planes beside the image, as albedo,N,Z; all,statistics for denoise (all)",
+        [](S& s, Text t) { set_layers(s, t); });
     add("--float", "float32 throughout the EXR (half where it will do)", [](S& s, Text) { s.full_float = true; });
 }
 
@@ -177,7 +183,7 @@ ImageReport write_image(const FilmState<float>& state, const ImageSettings& sett
     exr.denoised = std::as_const(denoised).radiance.view();
     exr.error = std::as_const(denoised).error.view();
     if (!exr.error.absent() && report.estimated_error >= 0)
-        report.denoised_error = estimated_error<float>(exr.denoised, exr.error);
+        report.denoised_error = estimated_error<float>(exr.denoised, exr.error, frame.emission.view());
     exr.precision = settings.full_float ? ExrPrecision::full : ExrPrecision::compact;
     exr.layers = settings.layers;
     if (exr.layers) exr.layers->push_back("noisy");

@@ -39,7 +39,9 @@ Plane<double, 3> expected(const Room& room, const AtrousOptions& o) {
     constexpr int w = Room::width, h = Room::height;
     Plane<double, 3> light(w, h), next(w, h);
     Plane<double, 1> noise(w, h), less(w, h);
-    const auto depth = [&](int x, int y) { return double(room.depth.load(std::clamp(x, 0, w - 1), std::clamp(y, 0, h - 1))); };
+    const auto depth = [&](int x, int y) {
+        return double(room.depth.load(std::clamp(x, 0, w - 1), std::clamp(y, 0, h - 1)));
+    };
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x) {
             light.view().store(x, y, Vec3d(room.light.load(x, y)));
@@ -51,7 +53,8 @@ Plane<double, 3> expected(const Room& room, const AtrousOptions& o) {
             for (int x = 0; x < w; ++x) {
                 double around = 0, count = 0;
                 for (int v = std::max(0, y - 1); v <= std::min(h - 1, y + 1); ++v)
-                    for (int u = std::max(0, x - 1); u <= std::min(w - 1, x + 1); ++u) around += noise.load(u, v), ++count;
+                    for (int u = std::max(0, x - 1); u <= std::min(w - 1, x + 1); ++u)
+                        around += noise.load(u, v), ++count;
                 const double d = depth(x, y);
                 const auto least = [&](double a, double b) { return std::min(std::abs(a - d), std::abs(b - d)); };
                 const double slope = least(depth(x - 1, y), depth(x + 1, y)) + least(depth(x, y - 1), depth(x, y + 1));
@@ -65,8 +68,10 @@ Plane<double, 3> expected(const Room& room, const AtrousOptions& o) {
                         const double kernel[] = {3.0 / 8, 1.0 / 4, 1.0 / 16};
                         const Vec3d a = light.load(x, y), b = light.load(px, py);
                         const Vec3d turned = Vec3d(room.normal.load(px, py)) - Vec3d(room.normal.load(x, y));
-                        const double deeper = depth(px, py) - d, far = step * std::sqrt(double(std::max(1, u * u + v * v)));
-                        double e = std::abs(b.x + b.y + b.z - a.x - a.y - a.z) / (o.sigma_light * std::sqrt(around / count) + 1e-6);
+                        const double deeper = depth(px, py) - d,
+                                     far = step * std::sqrt(double(std::max(1, u * u + v * v)));
+                        double e = std::abs(b.x + b.y + b.z - a.x - a.y - a.z) /
+                                   (o.sigma_light * std::sqrt(around / count) + 1e-6);
                         e += dot(turned, turned) / (2 * o.sigma_normal * o.sigma_normal);
                         e += deeper * deeper / (2 * sigma_depth * sigma_depth * far * far);
                         const double weight = std::exp(-e) * kernel[std::abs(u)] * kernel[std::abs(v)];
@@ -88,7 +93,8 @@ Plane<double, 3> expected(const Room& room, const AtrousOptions& o) {
 TEST_CASE("atrous: as its description says, in double; the same bits for any executor, and in place") {
     const Room room(3);
     SerialExecutor serial;
-    for (const AtrousOptions& options : {AtrousOptions{}, AtrousOptions{.levels = 2, .sigma_light = 1, .sigma_depth = 3}}) {
+    for (const AtrousOptions& options :
+         {AtrousOptions{}, AtrousOptions{.levels = 2, .sigma_light = 1, .sigma_depth = 3}}) {
         const Plane<float, 3> out = room.filtered(options, serial);
         const Plane<double, 3> truth = expected(room, options);
         double worst = 0;
@@ -98,7 +104,8 @@ TEST_CASE("atrous: as its description says, in double; the same bits for any exe
         ThreadExecutor threads(3);
         CHECK(room.filtered(options, threads).values() == out.values());
         Plane<float, 3> same = room.light;
-        atrous<float>(same.view(), room.variance.view(), room.normal.view(), room.depth.view(), same.view(), options, threads);
+        atrous<float>(same.view(), room.variance.view(), room.normal.view(), room.depth.view(), same.view(), options,
+                      threads);
         CHECK(same.values() == out.values());
     }
     CHECK(room.filtered({.levels = 0}, serial).values() == room.light.values());
@@ -118,7 +125,8 @@ TEST_CASE("atrous: constant images stay, sizes that are no multiple of anything,
     Plane<float, 3> image(4, 4), other(3, 4);
     const Plane<float, 1> variance(4, 4);
     CHECK_THROWS_AS(atrous<float>(image.view(), variance.view(), {}, {}, image.view(), {.levels = 11}, serial), Error);
-    CHECK_THROWS_AS(atrous<float>(image.view(), variance.view(), {}, {}, image.view(), {.sigma_light = 0}, serial), Error);
+    CHECK_THROWS_AS(atrous<float>(image.view(), variance.view(), {}, {}, image.view(), {.sigma_light = 0}, serial),
+                    Error);
     CHECK_THROWS_AS(atrous<float>(image.view(), variance.view(), {}, {}, other.view(), {}, serial), Error);
 }
 

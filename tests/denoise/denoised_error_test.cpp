@@ -104,7 +104,8 @@ TEST_CASE("blend_with_input: a good filter's result stays, a wrong one gives way
     for (const float deviation : {0.1f, 0.03f, 0.01f, 0.003f}) {
         CAPTURE(deviation);
         const double error = NoisyWall(deviation, 6).error(Plane<float, 3>(64, 40, 0.9f));
-        CHECK(error < 1.25 * std::max(0.01 * 0.3, double(deviation) * double(deviation) * (deviation < 0.05f ? 1 : 1e9)));
+        CHECK(error <
+              1.25 * std::max(0.01 * 0.3, double(deviation) * double(deviation) * (deviation < 0.05f ? 1 : 1e9)));
         CHECK(error < last);
         last = error;
     }
@@ -171,12 +172,21 @@ TEST_CASE("denoised_error: 95 % intervals hold the truth in 90 to 98 % of all va
             CHECK(covered / n < 0.985);
             CHECK(width / n < 3 * std::sqrt(squares / n));
         }
-    const Denoised<float> known = denoise(wall.frame(16, 1), denoise_options("balanced"), serial);
+    const PixelData<float> frame = wall.frame(16, 1);
+    Denoised<float> known = denoise(frame, denoise_options("balanced"), serial);
     CHECK(known.report.error);
-    const double estimate = estimated_error<float>(known.radiance.view(), known.error.view());
+    const auto whole = [&](const PixelView<const float, 3>& emission) {
+        return estimated_error<float>(std::as_const(known).radiance.view(), std::as_const(known).error.view(),
+                                      emission);
+    };
+    const double estimate = whole(frame.emission.view());
+    known.error.view().store(50, 20, Vec3f(1e6f)); // the lamp
+    CHECK(whole(frame.emission.view()) == estimate);
+    CHECK(whole({}) > 100 * estimate);
     CHECK(estimate > 0.5 * std::sqrt(wall.error(known.radiance)));
     CHECK(estimate < 2.5 * std::sqrt(wall.error(known.radiance)));
-    const Denoised<float> unknown = denoise(wall.frame(16, 1, 1, FilmPlanes::features), denoise_options("balanced"), serial);
+    const Denoised<float> unknown =
+        denoise(wall.frame(16, 1, 1, FilmPlanes::features), denoise_options("balanced"), serial);
     CHECK(!unknown.report.error);
     CHECK(unknown.error.absent());
 }

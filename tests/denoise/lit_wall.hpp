@@ -20,7 +20,8 @@ struct LitWall {
 
     /// Samples whose light is exponentially distributed, as unlike the normal distribution as a renderer's.
     template <class T = float>
-    PixelData<T> frame(int spp, std::uint64_t seed, double noise = 1, FilmPlanes planes = FilmPlanes::statistics) const {
+    PixelData<T> frame(int spp, std::uint64_t seed, double noise = 1,
+                       FilmPlanes planes = FilmPlanes::statistics) const {
         FilmPass<T> pass(width, height, planes, 0, std::uint64_t(spp));
         Random random(seed);
         for (int y = 0; y < height; ++y)

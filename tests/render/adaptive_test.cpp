@@ -69,7 +69,8 @@ TEST_CASE("stopping keeps the energy of rare bright light: each third's mean wit
     constexpr int seeds = 16;
     std::uint64_t fewest = ~std::uint64_t(0), most = 0;
     for (std::uint64_t seed = 0; seed < seeds; ++seed) {
-        const Film<float> film = adaptive_film(0.4, [&](int x, int y, std::uint64_t i) { return rare_light(x, uniform(x, y, i, seed)); });
+        const Film<float> film =
+            adaptive_film(0.4, [&](int x, int y, std::uint64_t i) { return rare_light(x, uniform(x, y, i, seed)); });
         const PixelData<float> frame = film.resolve();
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {

@@ -64,7 +64,8 @@ TEST_CASE("G1: the rays that an integrator counts are those that the scene was a
     CHECK(watched.shadow == shadow); // what is off costs no ray
 }
 
-TEST_CASE("no shadow ray where cosine, BSDF or light is 0; no light is asked for where there is none or nothing reflects") {
+TEST_CASE(
+    "no shadow ray where cosine, BSDF or light is 0; no light is asked for where there is none or nothing reflects") {
     SerialExecutor serial;
     const auto watch = [&](const Scene<float>& scene, auto&& check) {
         const PreparedScene<float> prepared(scene, serial);

@@ -48,10 +48,12 @@ BvhStatistics statistics(const BasicBvh<T, Leaves>& bvh) {
     const std::size_t places = ids.size();
     const auto primitive = [](std::uint32_t id) { return id & ~detail::hidden_bit; };
     std::sort(ids.begin(), ids.end(), [&](auto a, auto b) { return primitive(a) < primitive(b); });
-    ids.erase(std::unique(ids.begin(), ids.end(), [&](auto a, auto b) { return primitive(a) == primitive(b); }), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end(), [&](auto a, auto b) { return primitive(a) == primitive(b); }),
+              ids.end());
     s.triangles = ids.size();
     s.duplicates = places - s.triangles;
-    s.hidden = std::size_t(std::count_if(ids.begin(), ids.end(), [](auto id) { return (id & detail::hidden_bit) != 0; }));
+    s.hidden =
+        std::size_t(std::count_if(ids.begin(), ids.end(), [](auto id) { return (id & detail::hidden_bit) != 0; }));
     s.dropped = tree.dropped;
     s.node_bytes = s.nodes * sizeof(detail::WideNode<T>);
     s.block_bytes = s.blocks * sizeof(typename Leaves::Block);

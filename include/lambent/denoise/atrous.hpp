@@ -32,14 +32,17 @@ namespace detail {
 template <std::floating_point T>
 class AtrousPlanes {
     static constexpr int lanes = 8, channels = 10;
-    static constexpr std::size_t light = 0, noise = 3, deviation = 4, normal = 5, depth = 8, slope = 9; ///< where each starts
+    static constexpr std::size_t light = 0, noise = 3, deviation = 4, normal = 5, depth = 8,
+                                 slope = 9; ///< where each starts
     using P = Pack<T, lanes>;
 
 public:
     AtrousPlanes(const PixelView<const T, 3>& image, const PixelView<const T, 1>& variance,
-                 const PixelView<const T, 3>& normals, const PixelView<const T, 1>& depths, const AtrousOptions& options)
+                 const PixelView<const T, 3>& normals, const PixelView<const T, 1>& depths,
+                 const AtrousOptions& options)
         : width_(image.width()), height_(image.height()), rim_(1 << options.levels),
-          stride_((width_ + lanes - 1) / lanes * lanes + 2 * rim_ + lanes), options_(options), inside_(std::size_t(stride_)) {
+          stride_((width_ + lanes - 1) / lanes * lanes + 2 * rim_ + lanes), options_(options),
+          inside_(std::size_t(stride_)) {
         for (std::vector<T>& c : now_) c.resize(std::size_t(stride_) * std::size_t(height_));
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x) {
@@ -123,9 +126,11 @@ private:
                     }
                     distance = multiply_add(turned, P(per_normal), distance);
                     const P deeper = load(now_[depth], there) - load(now_[depth], here);
-                    const T far = T(step * step * std::max(1, u * u + v * v)); // a plane's depth grows with the distance
+                    const T far =
+                        T(step * step * std::max(1, u * u + v * v)); // a plane's depth grows with the distance
                     distance = multiply_add(deeper * deeper, per_depth * P(1 / far), distance);
-                    const P w = exp_of_negative(-min(distance, P(T(80)))) * P(kernel[std::size_t(std::abs(u))] * kernel[std::size_t(std::abs(v))]) *
+                    const P w = exp_of_negative(-min(distance, P(T(80)))) *
+                                P(kernel[std::size_t(std::abs(u))] * kernel[std::size_t(std::abs(v))]) *
                                 P::load(&inside_[std::size_t(x + u * step + rim_)]);
                     for (std::size_t c = 0; c < 3; ++c) sum[c] = multiply_add(w, l[c], sum[c]);
                     weights = weights + w;
@@ -156,11 +161,12 @@ private:
 /// throws   lambent::Error on options out of their ranges or unequal sizes
 /// threads  the same bits for any executor
 /// cost     25 taps a pixel and level of about 40 operations; 14 floats a pixel
-/// source   Dammertz et al., Edge-avoiding À-Trous wavelet transform (2010); Schied et al., Spatiotemporal variance-guided
-///          filtering (2017)
+/// source   Dammertz et al., Edge-avoiding À-Trous wavelet transform (2010); Schied et al., Spatiotemporal
+///          variance-guided filtering (2017)
 template <std::floating_point T, Executor E>
-void atrous(const PixelView<const T, 3>& image, const PixelView<const T, 1>& variance, const PixelView<const T, 3>& normals,
-            const PixelView<const T, 1>& depths, const PixelView<T, 3>& out, const AtrousOptions& options, E& executor) {
+void atrous(const PixelView<const T, 3>& image, const PixelView<const T, 1>& variance,
+            const PixelView<const T, 3>& normals, const PixelView<const T, 1>& depths, const PixelView<T, 3>& out,
+            const AtrousOptions& options, E& executor) {
     require(options.levels >= 0 && options.levels <= 10 && options.sigma_light > 0 && options.sigma_normal > 0 &&
                 options.sigma_depth > 0,
             "atrous: levels must be 0 to 10, sigmas positive");

@@ -10,11 +10,12 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// Puts back into the filtered `clean` as much of its input `noisy` as their difference exceeds the input's noise, which
-/// is where the filter errs: the share 1 - 2 · variance / difference² (3 below 16 samples), of means over 3 x 3 pixels, at
-/// least 0. A pixel whose samples agree with each other, but not with a filter that made it more than twice as bright, is
-/// believed alone where it is one of three in its 3 x 3 pixels. Neither where all that these pixels lack is less than one bright sample brings, by the variances around.
-/// As the noise goes to 0 the result becomes the input, whatever the filter did.
+/// Puts back into the filtered `clean` as much of its input `noisy` as their difference exceeds the input's noise,
+/// which is where the filter errs: the share 1 - 2 · variance / difference² (3 below 16 samples), of means over 3 x 3
+/// pixels, at least 0. A pixel whose samples agree with each other, but not with a filter that made it more than twice
+/// as bright, is believed alone where it is one of three in its 3 x 3 pixels. Neither where all that these pixels lack
+/// is less than one bright sample brings, by the variances around. As the noise goes to 0 the result becomes the input,
+/// whatever the filter did.
 /// variance of the means in `noisy`; pixels that are not finite stay as the filter left them
 /// samples  in a pixel, on the whole: below 2 there is no variance and nothing is done, below 8 agreement means nothing
 /// threads  the same bits for any executor
@@ -36,7 +37,8 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
     };
 
     // Relative to what is around, so that a bright pixel does not speak for the dark ones beside it.
-    const Plane<T, 1> bright = box_mean<T>(width, height, 2, [&](int x, int y) { return sum(clean.load(x, y)); }, executor);
+    const Plane<T, 1> bright = box_mean<T>(
+        width, height, 2, [&](int x, int y) { return sum(clean.load(x, y)); }, executor);
     double whole = 0;
     for (const T b : bright.values()) whole += double(b) / double(bright.values().size());
     const auto relative = [&](int x, int y, T square) {
@@ -77,7 +79,8 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
                 // Light that comes in few bright samples is absent from most pixels: that alone is no contradiction.
                 T event2 = 0; // square of what one such sample adds to a pixel here
                 for (int v = std::max(0, y - 2); v <= std::min(height - 1, y + 2); ++v)
-                    for (int u = std::max(0, x - 2); u <= std::min(width - 1, x + 2); ++u) event2 = std::max(event2, noise2(u, v));
+                    for (int u = std::max(0, x - 2); u <= std::min(width - 1, x + 2); ++u)
+                        event2 = std::max(event2, noise2(u, v));
                 const T absent = lack.load(x, y);
                 if (absent > 0 && T(9) * absent < std::sqrt(event2)) continue;
                 shares.view().store(x, y, std::min(share, T(1)));

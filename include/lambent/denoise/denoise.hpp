@@ -48,14 +48,15 @@ inline constexpr std::string_view denoise_methods =
     "best|balanced|fast|naive_2d|reuse_2d|separable|separable_reuse|seed|none";
 
 /// The options of a method. best and balanced are denoise_light() where the frame has statistics of its samples
-/// (FilmPlanes::statistics), fast is atrous() where it has variances. Where it has not: balanced is the filter of DenoiseOptions{}; best weighs whole windows,
-/// which leaves no traces along rows and columns and takes four times as long. fast has half the kernel; naive_2d …
-/// separable_reuse are the forms of the filter with balanced's sigmas; seed has the original's sigmas and firefly rule;
-/// none leaves the image alone.
+/// (FilmPlanes::statistics), fast is atrous() where it has variances. Where it has not: balanced is the filter of
+/// DenoiseOptions{}; best weighs whole windows, which leaves no traces along rows and columns and takes four times as
+/// long. fast has half the kernel; naive_2d … separable_reuse are the forms of the filter with balanced's sigmas; seed
+/// has the original's sigmas and firefly rule; none leaves the image alone.
 /// throws lambent::Error that names the choices
 inline DenoiseOptions denoise_options(std::string_view method) {
     if (method == "best")
-        return {.noise = NoiseUse::regression, .kernel = 25, .form = BilateralForm::reuse_2d, .sigma_illumination = 0.3};
+        return {
+            .noise = NoiseUse::regression, .kernel = 25, .form = BilateralForm::reuse_2d, .sigma_illumination = 0.3};
     if (method == "reuse_2d") return {.form = BilateralForm::reuse_2d};
     if (method == "naive_2d") return {.form = BilateralForm::naive_2d};
     if (method == "separable") return {.form = BilateralForm::separable};
@@ -133,11 +134,11 @@ struct LightGuide {
         image = std::move(mean);
     }
 };
-/// atrous() of what despike() made of the noisy illumination, in place. Noise comes from the frame's variances or, after
-/// one sample, from the spread of 7 x 7 pixels; how far light may differ goes with the number of samples.
+/// atrous() of what despike() made of the noisy illumination, in place. Noise comes from the frame's variances or,
+/// after one sample, from the spread of 7 x 7 pixels; how far light may differ goes with the number of samples.
 template <class T, class E>
-void atrous_of_illumination(const FrameView<T>& frame, const PixelView<T, 3>& noisy, const PixelView<T, 3>& illumination,
-                            E& executor) {
+void atrous_of_illumination(const FrameView<T>& frame, const PixelView<T, 3>& noisy,
+                            const PixelView<T, 3>& illumination, E& executor) {
     const int width = illumination.width(), height = illumination.height();
     const auto sum = [](const Vec3<T>& v) { return v.x + v.y + v.z; };
     double samples = 0;
@@ -166,8 +167,8 @@ void atrous_of_illumination(const FrameView<T>& frame, const PixelView<T, 3>& no
 
 /// Denoises a frame into `out`, as radiance with the emission in it: despike → cross-bilateral filter of the
 /// illumination → remodulate. Emission that is seen directly is not filtered. Only radiance has to be there; each
-/// further plane keeps edges sharp. `out` may be the very view of the frame's radiance. `error`, where there is one, gets
-/// denoised_error() where the frame's statistics are used, and else stays as it is: the report says so.
+/// further plane keeps edges sharp. `out` may be the very view of the frame's radiance. `error`, where there is one,
+/// gets denoised_error() where the frame's statistics are used, and else stays as it is: the report says so.
 /// nan     a pixel that is not finite takes its neighbours' value and gives nothing; what lies further away than
 ///         the kernel is wide is the same to the bit
 /// threads the same bits for any executor
@@ -182,7 +183,8 @@ DenoiseReport denoise(const FrameView<T>& frame, const std::type_identity_t<Pixe
     const bool coarse = options.noise == NoiseUse::coarse_regression;
     if ((coarse || options.noise == NoiseUse::regression) && has_light_statistics(frame)) {
         const LightDenoiseReport light = denoise_light(frame, out, {.stride = coarse ? 2 : 1}, executor, error);
-        return {.non_finite = light.non_finite, .used = options.noise, .error = !error.absent(), .spikes = light.spikes};
+        return {
+            .non_finite = light.non_finite, .used = options.noise, .error = !error.absent(), .spikes = light.spikes};
     }
     const bool relative = options.units == SigmaUnits::relative;
     CrossBilateralOptions filter{.kernel = options.kernel, .sigma_spatial = options.sigma_spatial,

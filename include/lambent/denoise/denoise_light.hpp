@@ -204,8 +204,8 @@ inline std::array<double, 2> test_softness(bool direct, double samples) {
 /// Cleans `light`, a part's without what is not finite, in place. `own`: as LightRegression::run() gives it.
 /// Returns the number of pixels that were clamped.
 template <class T, class E>
-std::size_t clean_part(const FrameView<T>& frame, const LightPart<T>& part, const LightRegression<T>& fit, double samples,
-                       Plane<T, 3>& light, Plane<T, 1>& own, E& executor) {
+std::size_t clean_part(const FrameView<T>& frame, const LightPart<T>& part, const LightRegression<T>& fit,
+                       double samples, Plane<T, 3>& light, Plane<T, 1>& own, E& executor) {
     const int width = light.width(), height = light.height();
     const auto deviation = [&](int x, int y) {
         const Vec3<T> v = frame.variance.load(x, y);
@@ -214,8 +214,8 @@ std::size_t clean_part(const FrameView<T>& frame, const LightPart<T>& part, cons
     };
     const Plane<T, 1> factors = outlier_factors<T>(light.view(), part.direct || samples < 16 ? 2 : 1, deviation,
                                                    executor);
-    // Sobol's points err less than their sample variance says, the more so the more there are. Without halves that would
-    // tell: by how much on the scenes that parameters were chosen with. Halves of few samples tell too little.
+    // Sobol's points err less than their sample variance says, the more so the more there are. Without halves that
+    // would tell: by how much on the scenes that parameters were chosen with. Halves of few samples tell too little.
     const bool halves = samples >= 8 && !part.root_halves.absent();
     const Plane<T, 1> spread = spread_factor<T>(part.root_variance, halves ? part.root_halves : PixelView<const T, 1>(),
                                                 executor);
@@ -246,10 +246,10 @@ std::size_t clean_part(const FrameView<T>& frame, const LightPart<T>& part, cons
 } // namespace detail
 
 /// Denoises a frame that has statistics of its samples, into `out`, emission included: direct and indirect light apart,
-/// each clamped where it outshines its neighbours by accident and fitted by LightRegression; lights seen directly stay as
-/// they are. Where the sum differs from the input by more than noise, the input is blended in; what clamping and blending
-/// took is given back. `out` may be the frame's radiance. Consistent: with the samples' noise the error goes to 0, unlike that of
-/// filters whose windows are fixed. `error`, where there is one, gets denoised_error().
+/// each clamped where it outshines its neighbours by accident and fitted by LightRegression; lights seen directly stay
+/// as they are. Where the sum differs from the input by more than noise, the input is blended in; what clamping and
+/// blending took is given back. `out` may be the frame's radiance. Consistent: with the samples' noise the error goes
+/// to 0, unlike that of filters whose windows are fixed. `error`, where there is one, gets denoised_error().
 /// samples their mean number in a pixel chooses the parameters
 /// nan     light that is not finite is repaired from its neighbours, features and variances that are not count as 0
 /// threads the same bits for any executor
@@ -270,10 +270,10 @@ LightDenoiseReport denoise_light(const FrameView<T>& frame, const std::type_iden
         };
         (check(planes), ...);
     };
-    same_size(frame.samples, frame.variance, frame.direct, frame.root_direct, frame.root_direct_variance, frame.indirect,
-              frame.root_indirect, frame.root_indirect_variance, frame.albedo, frame.albedo_variance, frame.normal,
-              frame.normal_variance, frame.depth, frame.depth_variance, frame.halves, frame.root_direct_halves,
-              frame.root_indirect_halves);
+    same_size(frame.samples, frame.variance, frame.direct, frame.root_direct, frame.root_direct_variance,
+              frame.indirect, frame.root_indirect, frame.root_indirect_variance, frame.albedo, frame.albedo_variance,
+              frame.normal, frame.normal_variance, frame.depth, frame.depth_variance, frame.halves,
+              frame.root_direct_halves, frame.root_indirect_halves);
     const int width = out.width(), height = out.height();
     const auto each = [&](auto&& f) {
         for (int y = 0; y < height; ++y)

@@ -10,9 +10,9 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// The expected error of a denoised image, a channel each, as a standard deviation: the truth lies within 1.96 of it in 95
-/// of 100 pixels. Its square is what is left of the input's noise, `own` of it and 2 % of that around, by how much the
-/// difference to the input exceeds that noise over 7 x 7 pixels, which is bias, and a floor of 0.6 % of the value.
+/// The expected error of a denoised image, a channel each, as a standard deviation: the truth lies within 1.96 of it in
+/// 95 of 100 pixels. Its square is what is left of the input's noise, `own` of it and 2 % of that around, by how much
+/// the difference to the input exceeds that noise over 7 x 7 pixels, which is bias, and a floor of 0.6 % of the value.
 /// own      share that the pixel's own input has in the result, in [0, 1]
 /// halves   as of PixelData, or absent: then well-spread samples are thought to err more than they do
 /// measured coverage of the factors: `bench_denoise --methods best` prints it
@@ -50,22 +50,31 @@ void denoised_error(const PixelView<const T, 3>& clean, const PixelView<const T,
     }
 }
 
-/// The expected √rel_mse of a denoised image against the truth, from its denoised_error(): as estimated_error() is for
-/// noisy ones.
+/// The expected √rel_mse of a denoised image against the truth, from its denoised_error(), over the pixels that see no
+/// emitter, as estimated_error() of noisy frames. Negative where all do. An absent `emission` leaves out none.
 template <class T>
-double estimated_error(const PixelView<const T, 3>& clean, const PixelView<const T, 3>& error) {
+double estimated_error(const PixelView<const T, 3>& clean, const PixelView<const T, 3>& error,
+                       const PixelView<const T, 3>& emission) {
     require_same_size("estimated_error: image and its error", clean, error);
-    double squares = 0, sum = 0;
-    const double n = 3.0 * clean.width() * clean.height();
-    for (int pass = 0; pass < 2; ++pass)
+    if (!emission.absent()) require_same_size("estimated_error: image and emission", clean, emission);
+    const auto each = [&](auto&& visit) {
         for (int y = 0; y < clean.height(); ++y)
-            for (int x = 0; x < clean.width(); ++x)
-                for (int c = 0; c < 3; ++c) {
-                    const double value = double(clean.load(x, y)[c]), e = double(error.load(x, y)[c]);
-                    const double unit = value * value + 0.01 * squares / n;
-                    if (pass == 0) squares += value * value;
-                    else if (unit > 0) sum += e * e / unit;
-                }
+            for (int x = 0; x < clean.width(); ++x) {
+                if (!emission.absent() && max_component(emission.load(x, y)) > 0) continue;
+                const Vec3d value(clean.load(x, y)), e(error.load(x, y));
+                for (int c = 0; c < 3; ++c) visit(value[c] * value[c], e[c] * e[c]);
+            }
+    };
+    double squares = 0, n = 0, sum = 0;
+    each([&](double value2, double) {
+        squares += value2;
+        n += 1;
+    });
+    if (n == 0) return -1;
+    const double floor = 0.01 * squares / n;
+    each([&](double value2, double error2) {
+        if (value2 + floor > 0) sum += error2 / (value2 + floor);
+    });
     return std::sqrt(sum / n);
 }
 

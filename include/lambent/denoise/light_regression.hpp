@@ -35,12 +35,13 @@ struct LightToFit {
 
 namespace detail {
 
-/// Planes with a rim that repeats the border, split by columns modulo the stride, so that every stride-th pixel of a row
-/// lies beside the next in memory, whichever pixel it starts from.
+/// Planes with a rim that repeats the border, split by columns modulo the stride, so that every stride-th pixel of a
+/// row lies beside the next in memory, whichever pixel it starts from.
 template <class T>
 class PhasedPlanes {
 public:
-    static constexpr int rim = 16, reserve = 80; ///< pixels left and right; zeros that tiles (64 wide) may read beyond them
+    static constexpr int rim = 16,
+                         reserve = 80; ///< pixels left and right; zeros that tiles (64 wide) may read beyond them
 
     PhasedPlanes(int width, int height, int channels, int stride)
         : stride_(stride), row_((width + 2 * rim + reserve + stride - 1) / stride), rows_(height + 2 * rim),
@@ -65,7 +66,8 @@ public:
             std::fill_n(row.end() - rim, rim, row[std::size_t(width + rim - 1)]);
             for (int at = y == 0 ? -rim : y; at < (y == height - 1 ? height + rim : y + 1); ++at)
                 for (int phase = 0; phase < stride_; ++phase) {
-                    T* const out = channel(c) + (std::size_t(phase) * std::size_t(rows_) + std::size_t(at + rim)) * std::size_t(row_);
+                    T* const out = channel(c) + (std::size_t(phase) * std::size_t(rows_) + std::size_t(at + rim)) *
+                                                    std::size_t(row_);
                     for (int x = phase; x < width + 2 * rim; x += stride_) out[x / stride_] = row[std::size_t(x)];
                 }
         }
@@ -79,12 +81,14 @@ private:
 
 } // namespace detail
 
-/// First-order regression of light on features in overlapping windows, weighted by features and by a test on the samples'
+/// First-order regression of light on features in overlapping windows, weighted by features and by a test on the
+/// samples'
 /// own statistics whether two pixels could have the same light: smooth where light is, sharp where it is not, with an
 /// error that falls to 0 with the noise. Each window's model says something about all its pixels; a pixel is the mean
 /// of what is said, by weight.
 /// source  regression: Bitterli et al., Nonlinearly weighted first-order regression for denoising Monte Carlo
-///         renderings, EGSR 2016; tests: Sakai et al., A statistical approach to Monte Carlo denoising, SIGGRAPH Asia 2024
+///         renderings, EGSR 2016; tests: Sakai et al., A statistical approach to Monte Carlo denoising, SIGGRAPH Asia
+/// 2024
 template <std::floating_point T>
 class LightRegression {
     static constexpr int width = 8, features = 7, coefficients = features + 1, block = 4;
@@ -110,7 +114,9 @@ public:
         Plane<T, 1> values(w_, h_);
         for (int y = 0; y < h_; ++y)
             for (int x = 0; x < w_; ++x) values.view().store(x, y, guide(x, y));
-        const auto value = [&](int x, int y) { return values.values()[std::size_t(y) * std::size_t(w_) + std::size_t(x)]; };
+        const auto value = [&](int x, int y) {
+            return values.values()[std::size_t(y) * std::size_t(w_) + std::size_t(x)];
+        };
         guides_.fill(channel, w_, h_, value);
         const T floor = T(o_.feature_floor), factor = T(o_.feature_sigma * o_.feature_sigma);
         scales_.fill(channel, w_, h_, [&](int x, int y) {
@@ -122,12 +128,13 @@ public:
         });
     }
 
-    /// `out` may be the light's color. `own`, where there is one, gets a pixel's weight in its window's sum of weights: what
-    /// part of the pixel's noise is left, about.
+    /// `out` may be the light's color. `own`, where there is one, gets a pixel's weight in its window's sum of weights:
+    /// what part of the pixel's noise is left, about.
     /// throws  lambent::Error on a softness that is not positive
     /// threads the same bits for any executor
     template <Executor E>
-    void run(const LightToFit<T>& light, const PixelView<T, 3>& out, E& executor, const PixelView<T, 1>& own = {}) const {
+    void run(const LightToFit<T>& light, const PixelView<T, 3>& out, E& executor,
+             const PixelView<T, 1>& own = {}) const {
         require(light.test_softness[0] > 0 && light.test_softness[1] > 0, "LightRegression: softness must be positive");
         Phased colors(w_, h_, 3, o_.stride), roots(w_, h_, 4, 1);
         for (int c = 0; c < 3; ++c) {
@@ -141,7 +148,8 @@ public:
             Work work(o_, light.test_softness);
             for (std::size_t i = begin; i < end; ++i) {
                 said[i].assign(std::size_t(4 * reach_w() * reach_h()), T(0));
-                fit_tile(colors, roots, int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, work, said[i].data(), own);
+                fit_tile(colors, roots, int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, work, said[i].data(),
+                         own);
             }
         });
         executor.parallel_for(std::size_t(h_), 16, [&](std::size_t begin, std::size_t end) {
@@ -158,7 +166,8 @@ public:
                             for (int c = 0; c < 4; ++c) sum[c] += tile[said_index(c, u, v)];
                         }
                     const T vote = T(o_.own_vote);
-                    const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + vote * light.color.load(x, y)) / (sum[3] + vote);
+                    const Vec3<T> value =
+                        (Vec3<T>(sum[0], sum[1], sum[2]) + vote * light.color.load(x, y)) / (sum[3] + vote);
                     out.store(x, y, max(value, Vec3<T>(0)));
                 }
         });

@@ -31,9 +31,10 @@ class PairTests {
 public:
     PairTests(const PixelView<const T, 3>& plane, const PixelView<const T, 3>& variance, int radius, double softness)
         : width_(plane.width()), height_(plane.height()), radius_(radius), rim_(radius + 1),
-          stride_((width_ + lanes - 1) / lanes * lanes + 2 * rim_ + 2 * lanes), softness_(T(softness)), variance_(variance),
-          inside_(std::size_t(stride_)) {
-        for (std::vector<T>& channel : channels_) channel.resize(std::size_t(stride_) * std::size_t(height_ + 2 * rim_));
+          stride_((width_ + lanes - 1) / lanes * lanes + 2 * rim_ + 2 * lanes), softness_(T(softness)),
+          variance_(variance), inside_(std::size_t(stride_)) {
+        for (std::vector<T>& channel : channels_)
+            channel.resize(std::size_t(stride_) * std::size_t(height_ + 2 * rim_));
         for (int y = -rim_; y < height_ + rim_; ++y)
             for (int x = -rim_; x < stride_ - rim_; ++x) {
                 const int u = std::clamp(x, 0, width_ - 1), v = std::clamp(y, 0, height_ - 1);
@@ -51,11 +52,13 @@ public:
     /// Rows [begin, end) of `out`; pixels that nothing is like, not even themselves, stay as they are.
     void average(int begin, int end, PairAveraged<T>& out) const {
         const int rows = end - begin;
-        std::vector<T> tests(std::size_t(rows + 2) * std::size_t(stride_)), sums(5 * std::size_t(rows) * std::size_t(stride_));
+        std::vector<T> tests(std::size_t(rows + 2) * std::size_t(stride_)),
+            sums(5 * std::size_t(rows) * std::size_t(stride_));
         const auto sum = [&](int k, int y) { return sums.data() + std::size_t(k * rows + y) * std::size_t(stride_); };
         for (int dy = -radius_; dy <= radius_; ++dy)
             for (int dx = -radius_; dx <= radius_; ++dx) {
-                for (int y = -1; y <= rows; ++y) test(begin + y, dx, dy, &tests[std::size_t(y + 1) * std::size_t(stride_)]);
+                for (int y = -1; y <= rows; ++y)
+                    test(begin + y, dx, dy, &tests[std::size_t(y + 1) * std::size_t(stride_)]);
                 for (int y = 0; y < rows; ++y) {
                     if (begin + y + dy < 0 || begin + y + dy >= height_) continue;
                     T* const to[5] = {sum(0, y), sum(1, y), sum(2, y), sum(3, y), sum(4, y)};
@@ -102,10 +105,12 @@ private:
             for (int v = 0; v < 3; ++v)
                 for (int u = 0; u < 3; ++u) patch = patch + P::load(tests + v * stride_ + x + u);
             const P excess = patch * P(T(1.0 / 9)) - P(T(1)), limit(8 * softness_);
-            const P weight = select(excess <= limit, exp_of_negative(max(min(excess, limit), P(T(0))) * P(-1 / softness_)), P(T(0))) *
+            const P weight = select(excess <= limit,
+                                    exp_of_negative(max(min(excess, limit), P(T(0))) * P(-1 / softness_)), P(T(0))) *
                              P::load(&inside_[std::size_t(x + dx + rim_)]);
             for (std::size_t c = 0; c < 3; ++c)
-                multiply_add(weight, P::load(&channels_[c][there + std::size_t(x)]), P::load(to[c] + x)).store(to[c] + x);
+                multiply_add(weight, P::load(&channels_[c][there + std::size_t(x)]), P::load(to[c] + x))
+                    .store(to[c] + x);
             (P::load(to[3] + x) + weight).store(to[3] + x);
             multiply_add(weight, weight, P::load(to[4] + x)).store(to[4] + x);
         }
@@ -121,10 +126,11 @@ private:
 } // namespace detail
 
 /// The mean of each pixel and those around it, up to `radius` away, that could be of the same value by their variance:
-/// tested by patches of 3 x 3. A plane without variance comes out as it went in, and so do pixels that are not finite and
-/// those beside them. Features of depth of field and of glass are as noisy as light, but have no shadows to lose.
+/// tested by patches of 3 x 3. A plane without variance comes out as it went in, and so do pixels that are not finite
+/// and those beside them. Features of depth of field and of glass are as noisy as light, but have no shadows to lose.
 /// cost    (2 · radius + 1)² taps a pixel
-/// source  Welch's t; Rousselle, Manzi, Zwicker, Robust denoising using feature and color information (2013), for the idea
+/// source  Welch's t; Rousselle, Manzi, Zwicker, Robust denoising using feature and color information (2013), for the
+///         idea
 template <std::floating_point T, Executor E>
 PairAveraged<T> pair_average(const PixelView<const T, 3>& plane, const PixelView<const T, 3>& variance, int radius,
                              double softness, E& executor) {

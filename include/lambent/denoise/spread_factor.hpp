@@ -7,7 +7,8 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// What the variance of a mean has to be multiplied by because its samples are spread evenly, as Sobol's points are: the
+/// What the variance of a mean has to be multiplied by because its samples are spread evenly, as Sobol's points are:
+/// the
 /// variance between two halves of them over that of all, both summed over channels, in squares of 9 x 9 pixels. In
 /// [0.05, 1]; 1 where there are no halves or nothing varies.
 /// halves  as PixelData has them, of three channels or their sum

@@ -9,9 +9,10 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// How far each pixel of a frame may be from the truth, relative to it: variance / (truth² + 1 % of the mean of truth²),
-/// the mean over channels. The truth is what a pixel's neighbours say: their light over their albedo, times the pixel's
-/// own albedo. Its own radiance would not do: the one sample that makes its variance large makes it bright, too.
+/// How far each pixel of a frame may be from the truth, relative to it: variance / (truth² + 1 % of the mean of
+/// truth²), the mean over channels. The truth is what a pixel's neighbours say: their light over their albedo, times
+/// the pixel's own albedo. Its own radiance would not do: the one sample that makes its variance large makes it bright,
+/// too.
 /// The variance is that of the frame's `halves` where it has them, since it knows of samples that are better than
 /// independent ones; else that of its `variance`.
 /// throws lambent::Error when the frame has no variance
@@ -43,8 +44,8 @@ public:
         return !frame_.emission.absent() && max_component(frame_.emission.load(x, y)) > 0;
     }
 
-    /// Light for its albedo around a pixel, without itself: (radiance - emission) / albedo of up to 48 neighbours. A pixel
-    /// that has none gives its own.
+    /// Light for its albedo around a pixel, without itself: (radiance - emission) / albedo of up to 48 neighbours. A
+    /// pixel that has none gives its own.
     Vec3<T> light_around(int x, int y) const {
         Sums sum;
         for (int j = std::max(0, y - reach); j <= std::min(frame_.height - 1, y + reach); ++j)
@@ -58,7 +59,8 @@ public:
     /// That of the pixel under this light.
     T under(const Vec3<T>& light, int x, int y) const {
         const Vec3<T> truth = light * albedo(x, y) + emission(x, y);
-        const Vec3<T> variance = frame_.halves.absent() ? frame_.variance.load(x, y) : frame_.halves.load(x, y) * halves_hold;
+        const Vec3<T> variance =
+            frame_.halves.absent() ? frame_.variance.load(x, y) : frame_.halves.load(x, y) * halves_hold;
         T sum = 0;
         for (int c = 0; c < 3; ++c) {
             const T scale = truth[c] * truth[c] + floor_;
@@ -69,8 +71,8 @@ public:
     T of(int x, int y) const { return under(light_around(x, y), x, y); }
 
 private:
-    /// How the variance of all samples compares to what halves say, which is what the variance falls by from each half to
-    /// both. 1 for independent samples; for Sobol's 0.85 to 0.95, of which this is the safe end: measured against
+    /// How the variance of all samples compares to what halves say, which is what the variance falls by from each half
+    /// to both. 1 for independent samples; for Sobol's 0.85 to 0.95, of which this is the safe end: measured against
     /// references of builtin:cornell, builtin:room and DamagedHelmet under a sky with 16 to 256 samples a pixel.
     static constexpr T halves_hold = T(0.95);
 
@@ -110,8 +112,8 @@ private:
     T floor_ = 0;
 };
 
-/// The expected √rel_mse of the frame's radiance against the truth: the mean of RelativeVariance over the pixels that see
-/// no emitter. Negative where there are fewer than two samples a pixel, or nothing but emitters.
+/// The expected √rel_mse of the frame's radiance against the truth: the mean of RelativeVariance over the pixels that
+/// see no emitter. Negative where there are fewer than two samples a pixel, or nothing but emitters.
 template <class T>
 double estimated_error(const PixelData<T>& frame) {
     if (frame.variance.absent() || frame.samples.absent()) return -1;

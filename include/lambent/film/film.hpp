@@ -153,8 +153,8 @@ public:
         return film;
     }
 
-    /// The means, as planes; those that the film has not are absent; a pixel without samples is 0. `position_offset` is added to positions
-    /// (the scene's origin). All values are finite; sums that overflowed come as the largest number.
+    /// The means, as planes; those that the film has not are absent; a pixel without samples is 0. `position_offset` is
+    /// added to positions (the scene's origin). All values are finite; sums that overflowed come as the largest number.
     PixelData<T> resolve(const Vec3d& position_offset = Vec3d(0)) const;
 
 private:
@@ -185,8 +185,8 @@ private:
             const std::uint64_t a = end_of(pixel), b = other.end_of(pixel);
             for (const Block& block : (a < b ? other : *this).blocks_)
                 require(block.samples.end() <= std::min(a, b) || block.samples.first >= std::max(a, b), [&] {
-                    return "Film: pixel " + std::to_string(pixel) + " stopped at sample " + std::to_string(std::min(a, b)) +
-                           " and has some of " + describe(block.samples.range());
+                    return "Film: pixel " + std::to_string(pixel) + " stopped at sample " +
+                           std::to_string(std::min(a, b)) + " and has some of " + describe(block.samples.range());
                 });
             stops[pixel] = a < b ? stops_[pixel] : b < a || !other.stops_.empty() ? other.stops_[pixel] : goes_on;
         }
@@ -234,7 +234,8 @@ template <class T>
 class FilmPass {
 public:
     /// throws lambent::Error on an empty or negative size, active pixels of another size, and a stop at 0
-    FilmPass(int width, int height, FilmPlanes planes, std::uint64_t begin, std::uint64_t end, const ActivePixels& active = {})
+    FilmPass(int width, int height, FilmPlanes planes, std::uint64_t begin, std::uint64_t end,
+             const ActivePixels& active = {})
         : film_(width, height, planes), layout_(planes), begin_(begin) {
         if (!active.absent()) stop_others(active);
         for (const DyadicBlock& samples : dyadic_blocks(begin, end))
@@ -302,7 +303,8 @@ private:
             for (int x = 0; x < film_.width_; ++x) {
                 if (active.load(x, y) != 0) continue;
                 stopped = true;
-                stops[std::size_t(y) * std::size_t(film_.width_) + std::size_t(x)] = std::uint8_t(std::bit_width(begin_) - 1);
+                stops[std::size_t(y) * std::size_t(film_.width_) + std::size_t(x)] =
+                    std::uint8_t(std::bit_width(begin_) - 1);
             }
         if (!stopped) return;
         require(begin_ > 0 && begin_ < std::uint64_t(1) << 32,

@@ -21,10 +21,10 @@ enum class FilmPlanes : std::uint16_t {
     depth = 16,
     material = 32,
     illumination = 64 | emission | albedo,
-    features = 127,                               ///< all of the above
-    light_moments = 128,                          ///< direct and indirect light; moments of their roots, and halves of them
+    features = 127,                                  ///< all of the above
+    light_moments = 128,                             ///< direct and indirect light; moments of their roots, halves
     feature_moments = 256 | albedo | normal | depth, ///< their variances
-    halves = 512 | emission | albedo,             ///< how far the means of each half of the samples are apart
+    halves = 512 | emission | albedo,                ///< how far the means of each half of the samples are apart
     statistics = features | light_moments | feature_moments | halves ///< what denoisers can use: all planes
 };
 

@@ -85,17 +85,34 @@ struct PixelData {
     Plane<T, 3> root_indirect, root_indirect_variance; ///< the same of indirect light
     Plane<T, 3> albedo_variance, normal_variance;      ///< variances of the means
     Plane<T, 1> depth_variance;
-    /// A quarter of the squared distance between the mean radiances of the first and the second half of the samples: the
-    /// variance of the mean as samples that know of each other have it, by one degree of freedom.
+    /// A quarter of the squared distance between the mean radiances of the first and the second half of the samples:
+    /// the variance of the mean as samples that know of each other have it, by one degree of freedom.
     Plane<T, 3> halves;
     /// The same of the roots of direct and indirect light, summed over channels. For means over many pixels.
     Plane<T, 1> root_direct_halves, root_indirect_halves;
 
     FrameView<T> view() const& {
-        return {radiance.view(), emission.view(), albedo.view(), normal.view(), position.view(), variance.view(),
-                depth.view(), material.view(), samples.view(), direct.view(), indirect.view(), root_direct.view(),
-                root_direct_variance.view(), root_indirect.view(), root_indirect_variance.view(), albedo_variance.view(), normal_variance.view(),
-                depth_variance.view(), halves.view(), root_direct_halves.view(), root_indirect_halves.view()};
+        return {radiance.view(),
+                emission.view(),
+                albedo.view(),
+                normal.view(),
+                position.view(),
+                variance.view(),
+                depth.view(),
+                material.view(),
+                samples.view(),
+                direct.view(),
+                indirect.view(),
+                root_direct.view(),
+                root_direct_variance.view(),
+                root_indirect.view(),
+                root_indirect_variance.view(),
+                albedo_variance.view(),
+                normal_variance.view(),
+                depth_variance.view(),
+                halves.view(),
+                root_direct_halves.view(),
+                root_indirect_halves.view()};
     }
     FrameView<T> view() const&& = delete;
 };

@@ -26,14 +26,16 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
 
-/// A file for OpenEXR to write to. It swallows what goes wrong in the end, when it puts its table of offsets in place and
-/// what the system's buffer holds: this remembers.
+/// A file for OpenEXR to write to. It swallows what goes wrong in the end, when it puts its table of offsets in place
+/// and what the system's buffer holds: this remembers.
 class ExrFile final : public Imf::OStream {
 public:
     explicit ExrFile(const std::string& name) : Imf::OStream(name.c_str()), file_(std::fopen(name.c_str(), "wb")) {
         require(file_ != nullptr, "cannot be opened for writing");
     }
-    void write(const char c[], int n) override { check(std::fwrite(c, 1, std::size_t(n), file_.get()) == std::size_t(n)); }
+    void write(const char c[], int n) override {
+        check(std::fwrite(c, 1, std::size_t(n), file_.get()) == std::size_t(n));
+    }
     std::uint64_t tellp() override { return std::uint64_t(std::ftell(file_.get())); }
     void seekp(std::uint64_t position) override { check(std::fseek(file_.get(), long(position), SEEK_SET) == 0); }
 

@@ -251,10 +251,12 @@ FilmState<T> read_film(const std::string& path) {
     const std::uint64_t pixels = std::uint64_t(window.width()) * std::uint64_t(window.height());
     require(pixels <= detail::max_film_pixels, [&] { return path + ": " + std::to_string(pixels) + " pixels are too many"; });
     const auto has_stops = in.value<std::uint32_t>();
-    require(has_stops <= 1, [&] { return path + ": " + std::to_string(has_stops) + " where 0 or 1 says whether pixels stopped"; });
+    require(has_stops <= 1,
+            [&] { return path + ": " + std::to_string(has_stops) + " where 0 or 1 says whether pixels stopped"; });
     const bool has_material = contains(planes, FilmPlanes::material);
     const auto channels = std::uint64_t(detail::FilmLayout(planes).channels);
-    const std::uint64_t expected = (has_material ? 4 * pixels : 0) + has_stops * pixels + blocks * (12 + pixels * channels * sizeof(T)) + 8;
+    const std::uint64_t expected =
+        (has_material ? 4 * pixels : 0) + has_stops * pixels + blocks * (12 + pixels * channels * sizeof(T)) + 8;
     require(expected == in.left(), [&] {
         return path + ": " + std::to_string(in.left()) + " bytes follow the header where " + std::to_string(blocks) +
                " blocks of " + std::to_string(window.width()) + " x " + std::to_string(window.height()) + " pixels with " +
@@ -273,8 +275,8 @@ FilmState<T> read_film(const std::string& path) {
     }
     in.finish();
     try {
-        state.film = Film<T>::restore(window.width(), window.height(), planes, std::move(sums), std::move(material), rejected,
-                                      std::move(stops));
+        state.film = Film<T>::restore(window.width(), window.height(), planes, std::move(sums), std::move(material),
+                                      rejected, std::move(stops));
     } catch (const Error& error) {
         fail(path + ": " + error.what());
     }

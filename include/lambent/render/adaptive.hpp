@@ -36,10 +36,11 @@ Plane<std::uint8_t, 1> going_on(const Film<T>& film) {
 
 namespace detail {
 
-/// How many times the pixels that go on should double their samples. With s the variance of one sample, doubling n takes
-/// s / 2n off the error at a cost of n, so all pixels for which s / 2n² is above one threshold double, and the error
-/// at the end says where it lies: so many samples of a pixel as √s asks for. Pixels are sorted into bins of s / 2n² by what
-/// their neighbours say, and each bin's error is what its pixels say: it does not look small because it was picked so.
+/// How many times the pixels that go on should double their samples. With s the variance of one sample, doubling n
+/// takes s / 2n off the error at a cost of n, so all pixels for which s / 2n² is above one threshold double, and the
+/// error at the end says where it lies: so many samples of a pixel as √s asks for. Pixels are sorted into bins of s /
+/// 2n² by what their neighbours say, and each bin's error is what its pixels say: it does not look small because it was
+/// picked so.
 class SampleDemand {
 public:
     /// A pixel that may go on, and the variance of its mean now; 0 where the image's error leaves it out.
@@ -63,7 +64,8 @@ private:
         double sum = 0;
         for (std::size_t bin = 0; bin < bins; ++bin)
             if (errors_[bin] > 0)
-                sum += bin < threshold ? errors_[bin] : std::ldexp(errors_[bin], -int((bin - threshold) / (2 * steps) + 1));
+                sum += bin < threshold ? errors_[bin]
+                                       : std::ldexp(errors_[bin], -int((bin - threshold) / (2 * steps) + 1));
         return sum;
     }
 
@@ -84,7 +86,8 @@ AdaptiveRound next_round(const Film<T>& film, const AdaptiveOptions& options, E&
                std::to_string(options.first_samples);
     });
     require(contains(film.planes(), FilmPlanes::halves), "next_round: the film has no halves");
-    require(film.blocks().size() == 1 && film.blocks()[0].samples.first == 0 && film.sample_count() >= options.first_samples,
+    require(film.blocks().size() == 1 && film.blocks()[0].samples.first == 0 &&
+                film.sample_count() >= options.first_samples,
             [&] { return "next_round: " + std::to_string(film.sample_count()) + " samples are no round"; });
 
     const PixelData<T> frame = film.resolve();
@@ -142,8 +145,8 @@ AdaptiveRound next_round(const Film<T>& film, const AdaptiveOptions& options, E&
         for (int x = 0; x < frame.width; ++x)
             if (round.active.load(x, y) != 0)
                 demand.add(gain_of(x, y), relative.sees_emitter(x, y) ? 0.0 : double(own.load(x, y)) / n);
-    // A little better than asked for, or the last round would fall short half of the time. Where those that stopped turn
-    // out to leave nothing, the others end where more samples of theirs would not help.
+    // A little better than asked for, or the last round would fall short half of the time. Where those that stopped
+    // turn out to leave nothing, the others end where more samples of theirs would not help.
     constexpr double aim = 0.92, least = 0.05;
     const double threshold = demand.threshold(std::max(aim * wanted - stopped, least * wanted));
     for (int y = 0; y < frame.height; ++y)

@@ -51,8 +51,8 @@ Vec3d origin_of(const S& scene) {
 /// which is made when it is empty. What a pixel gets depends on scene, sampler and sample index alone: any
 /// number of threads, order of tiles and split of the samples gives the same bits.
 /// `keep_going()` is asked before each tile; once it says no, the pass is dropped.
-/// throws lambent::Error on an empty image, a window outside it, an empty sample range, a film that does not fit, active
-///         pixels of another size than the window, stops at 0
+/// throws lambent::Error on an empty image, a window outside it, an empty sample range, a film that does not fit,
+///        active pixels of another size than the window, stops at 0
 template <class S, class I, Sampler P, Executor E, class KeepGoing>
 RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera& camera, const I& integrator,
                     const P& sampler, const RenderOptions& options, E& executor, KeepGoing&& keep_going) {
