@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-// guide: begin
+// types: begin
 namespace mine { // what a renderer brings along
 struct Point {
     double x, y, z;
@@ -45,7 +45,7 @@ struct OnPool {
         });
     }
 };
-// guide: end
+// types: end
 
 int main() {
     const std::vector<mine::Vertex> vertices = {{{-9, 0, -9}, {}}, {{9, 0, -9}, {}}, {{9, 0, 9}, {}}, {{-9, 0, 9}, {}},
@@ -53,20 +53,20 @@ int main() {
                                                 {{0, 2.5, 0}, {}}};
     const std::vector<mine::Face> faces = {{{0, 2, 1}}, {{0, 3, 2}}, {{4, 5, 6}}, {{4, 6, 7}},
                                            {{4, 8, 5}}, {{5, 8, 6}}, {{6, 8, 7}}, {{7, 8, 4}}};
-    // guide: begin
+    // build: begin
     const auto mesh = lambent::triangles(vertices, faces, [](const mine::Vertex& v) { return vec(v.position); });
     const mine::Pool pool;
     OnPool executor{pool};
     const lambent::Bvh bvh = lambent::Bvh::build(mesh, {.quality = lambent::BuildQuality::best}, executor);
-    // guide: end
+    // build: end
     const mine::Point eye{0, 3, 9}, lamp{-4, 6, 3};
     for (int row = 0; row < 20; ++row) {
         std::string line;
         for (int column = 0; column < 64; ++column) {
             const mine::Segment seen{eye, {(column - 31.3) / 4, (9.6 - row) / 2, -4}};
-            // guide: begin
+            // query: begin
             const lambent::Hit<float> hit = bvh.intersect(seen, ray);
-            // guide: end
+            // query: end
             const double t = 0.9999 * double(hit.t); // a renderer that moves its origins its own way
             const auto at = [&](double a, double b) { return a + t * (b - a); };
             const mine::Point p{at(eye.x, seen.to.x), at(eye.y, seen.to.y), at(eye.z, seen.to.z)};

@@ -7,13 +7,13 @@
 #include <cstdio>
 #include <vector>
 
-// guide: begin
+// half: begin
 using Half = std::uint16_t; // yours may be Imath's, CUDA's or _Float16
 float widened(Half h) {
     const std::uint32_t sign = std::uint32_t(h & 0x8000) << 16, rest = h & 0x7fff;
     return std::bit_cast<float>(sign) + (sign ? -1.0f : 1.0f) * std::bit_cast<float>(rest << 13) * 0x1p112f;
 }
-// guide: end
+// half: end
 Half narrowed(float x) { return Half(std::bit_cast<std::uint32_t>(x * 0x1p-112f) >> 13); } // of 0 <= x < 65504
 
 int main() {
@@ -33,7 +33,7 @@ int main() {
         normals[std::size_t(3 * i + (left ? 0 : 2))] = 1;
     }
 
-    // guide: begin
+    // layouts: begin
     lambent::ThreadExecutor threads; // or your own pool: see embed_bvh.cpp
     const PixelView<const float, 3> normal(normals.data(), width, height);
 
@@ -53,7 +53,7 @@ int main() {
             wide.view().store(x, y, {widened(p[0]), widened(p[1]), widened(p[2])});
         }
     lambent::denoise<float>({.radiance = wide.view(), .normal = normal}, wide.view(), {}, threads);
-    // guide: end
+    // layouts: end
 
     int different = 0;
     double worst = 0;

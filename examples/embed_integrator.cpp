@@ -10,6 +10,7 @@
 
 using namespace lambent;
 
+// scene: begin
 /// What an integrator asks of a scene: see lambent::RenderScene. Here in double, as everything may be.
 struct GlowingSphere {
     using Scalar = double;
@@ -53,14 +54,17 @@ struct GlowingSphere {
     double hit_light_pdf(const Ray<double>&, const Hit<double>&, const V&) const { return 0; }
     double background_pdf(const V&) const { return 0; }
 };
+// scene: end
 
 int main() {
     ThreadExecutor threads;
     Camera camera;
     camera.eye = {0, 0, 5};
     camera.target = {0, 0, 0};
+    // render: begin
     const RenderOptions options{.width = 32, .height = 32, .end_sample = 64};
     const auto frame = render(GlowingSphere{}, camera, PathIntegrator<>{}, SobolSampler<double>(1), options, threads);
+    // render: end
     double sum = 0;
     for (int y = 0; y < 32; ++y)
         for (int x = 0; x < 32; ++x) sum += frame.radiance.view().load(x, y).x;
