@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds the libFuzzer targets of tests/fuzz with address and undefined-behaviour sanitizers, seeds each with the shared
 # scenes' files of its kind, and runs it.
-#   sh tests/fuzz.sh [EXECUTIONS [TARGET...]]      1000000 of all; TARGET as exr, film, gltf, image, mtl, obj, tree
+#   sh tests/fuzz.sh [EXECUTIONS [TARGET...]]      1000000 of all; TARGET as denoise, exr, film, gltf, image, mtl, obj, tree
 # A finding stops its target and lies in build/fuzz/findings. Last line: "N passed, N failed".
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
@@ -63,6 +63,10 @@ for target in "$@"; do
         seed "$target" none
         make_seeds "$target"
         length=16384
+        ;;
+    denoise)
+        seed denoise none
+        length=4096
         ;;
     gltf) seed gltf gltf glb ;;
     image)
