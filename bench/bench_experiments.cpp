@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/film/metrics.hpp>
 #include <lambent/io/scene_file.hpp>

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <lambent/core/parallel.hpp>
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/io/exr_frame.hpp>
 #include <string>

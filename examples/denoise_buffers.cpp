@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 // readme: begin
+#include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <vector>
 

@@ -1,5 +1,6 @@
 // Our denoiser on the buffers of another renderer, in three layouts: interleaved RGBA, planes one behind the other, and
 // 16-bit floats. The first two are filtered where they are; halves are widened first, since filters count in T.
+#include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <bit>
 #include <cmath>

@@ -1,6 +1,7 @@
 // The whole chain: a glTF file in, a denoised EXR with all its layers out.
 //   gltf_to_exr IN.gltf OUT.exr [SAMPLES]
 // readme: begin
+#include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/io/exr_frame.hpp>
 #include <lambent/io/gltf.hpp>

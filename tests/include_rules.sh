@@ -33,7 +33,7 @@ caught denoise/a.hpp '#include <lambent/scene/scene.hpp>' 'denoise may include o
 caught bvh/a.hpp '  # include <lambent/scene/scene.hpp>' 'bvh may include only'
 caught render/a.hpp '#include <lambent/io/exr.hpp>' 'render may include only'
 caught lambent.hpp '#include <lambent/io/exr.hpp>' 'the umbrella leaves io out'
-caught film/a.hpp '#include <glm/vec3.hpp>' 'core/vec.hpp only'
+caught film/a.hpp '#include <glm/vec3.hpp>' 'core/matrix.hpp only'
 caught bvh/a.hpp '#include <immintrin.h>' 'core/simd.hpp only'
 caught scene/a.hpp '#include <OpenEXR/ImfHeader.h>' 'through io only'
 caught scene/a.hpp '#include <tiny_gltf.h>' 'through io only'

@@ -3,6 +3,7 @@
 #include "../support/image_output.hpp"
 #include "../support/preview.hpp"
 #include "../support/stopwatch.hpp"
+#include <lambent/core/parallel.hpp>
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/io/exr_frame.hpp>
 #include <cstdio>

@@ -5,6 +5,7 @@
 #include "report.hpp"
 #include "scene_setup.hpp"
 #include "trace.hpp"
+#include <lambent/core/parallel.hpp>
 #include <lambent/render/adaptive.hpp>
 #include <algorithm>
 #include <bit>

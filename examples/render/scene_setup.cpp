@@ -1,5 +1,6 @@
 #include "scene_setup.hpp"
 #include "../support/command_line.hpp"
+#include <lambent/core/parallel.hpp>
 #include <lambent/io/environment.hpp>
 #include <lambent/io/scene_file.hpp>
 #include <lambent/scene/builtin.hpp>

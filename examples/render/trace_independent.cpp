@@ -1,4 +1,5 @@
 #include "trace_with.hpp"
+#include <lambent/core/parallel.hpp>
 #include <lambent/sampling/independent.hpp>
 
 lambent::RenderResult trace_independent(lambent::Film<float>& film, const lambent::PreparedScene<float>& scene,

@@ -1,4 +1,5 @@
 #include "trace_with.hpp"
+#include <lambent/core/parallel.hpp>
 #include <lambent/sampling/stratified.hpp>
 #include <algorithm>
 

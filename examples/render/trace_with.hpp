@@ -1,5 +1,6 @@
 #pragma once
 #include "trace.hpp"
+#include <lambent/core/parallel.hpp>
 #include <lambent/render/ambient_occlusion.hpp>
 #include <lambent/render/direct.hpp>
 #include <lambent/render/first_hit.hpp>

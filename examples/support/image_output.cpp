@@ -1,6 +1,7 @@
 #include "image_output.hpp"
 #include "preview.hpp"
 #include "stopwatch.hpp"
+#include <lambent/core/parallel.hpp>
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/io/exr_frame.hpp>
 #include <cmath>

@@ -32,8 +32,10 @@
 #include <lambent/core/config.hpp>
 #include <lambent/core/content_hash.hpp>
 #include <lambent/core/error.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/core/exp.hpp>
 #include <lambent/core/frame.hpp>
+#include <lambent/core/matrix.hpp>
 #include <lambent/core/memory.hpp>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/parallel.hpp>

@@ -9,6 +9,7 @@
 #include <lambent/bvh/primitive_leaves.hpp>
 #include <lambent/bvh/sphere.hpp>
 #include <lambent/bvh/statistics.hpp>
+#include <lambent/core/parallel.hpp>
 #include <limits>
 #include <vector>
 

@@ -10,6 +10,7 @@
 #include <doctest/doctest.h>
 #include <lambent/bvh/bvh.hpp>
 #include <lambent/bvh/statistics.hpp>
+#include <lambent/core/parallel.hpp>
 #include <span>
 #include <vector>
 

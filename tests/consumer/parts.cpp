@@ -4,6 +4,7 @@
 #include "lambent_single.hpp"
 #else
 #include <lambent/bvh/bvh.hpp>
+#include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/film/film.hpp>
 #endif

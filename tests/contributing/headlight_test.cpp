@@ -1,5 +1,6 @@
 // contributing: begin
 #include <doctest/doctest.h>
+#include <lambent/core/parallel.hpp>
 #include <lambent/render/headlight.hpp>
 #include <lambent/render/render.hpp>
 #include <lambent/sampling/independent.hpp>

@@ -1,5 +1,6 @@
 // contributing: begin
 #include <doctest/doctest.h>
+#include <lambent/core/parallel.hpp>
 #include <lambent/denoise/median.hpp>
 
 using namespace lambent;

@@ -2,6 +2,7 @@
 #include "support/random.hpp"
 #include <cmath>
 #include <doctest/doctest.h>
+#include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <limits>
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/film/film.hpp>
 #include <limits>

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/film/metrics.hpp>
 #include <limits>

@@ -1,3 +1,4 @@
+#include <lambent/core/parallel.hpp>
 #include <lambent/io/environment.hpp>
 #include <lambent/io/exr.hpp>
 #include <lambent/io/scene_file.hpp>

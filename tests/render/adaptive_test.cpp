@@ -1,4 +1,5 @@
 #include "support/random.hpp"
+#include <lambent/core/parallel.hpp>
 #include <lambent/film/metrics.hpp>
 #include <lambent/render/adaptive.hpp>
 #include <lambent/render/path.hpp>

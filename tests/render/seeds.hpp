@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <lambent/core/parallel.hpp>
 #include <lambent/sampling/independent.hpp>
 #include <lambent/sampling/stratified.hpp>
 #include <render/transport.hpp>

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <doctest/doctest.h>
+#include <lambent/core/parallel.hpp>
 #include <lambent/render/render.hpp>
 #include <lambent/sampling/independent.hpp>
 #include <lambent/sampling/mis.hpp>

@@ -2,9 +2,9 @@
 #include <lambent/bvh/binary_tree.hpp>
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/error.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/core/memory.hpp>
 #include <lambent/core/numerics.hpp>
-#include <lambent/core/parallel.hpp>
 #include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
 #include <algorithm>

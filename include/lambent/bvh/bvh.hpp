@@ -9,7 +9,7 @@
 #include <lambent/bvh/traverse.hpp>
 #include <lambent/bvh/wide.hpp>
 #include <lambent/core/bounds.hpp>
-#include <lambent/core/parallel.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/core/ray.hpp>
 #include <concepts>
 #include <cstddef>

@@ -1,7 +1,7 @@
 #pragma once
 #include <lambent/core/error.hpp>
+#include <lambent/core/matrix.hpp>
 #include <lambent/core/numerics.hpp>
-#include <lambent/core/vec.hpp>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {

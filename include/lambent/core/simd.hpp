@@ -10,8 +10,10 @@
 #include <limits>
 #include <type_traits>
 #include <utility>
-#if defined(__SSE2__)
+#if defined(__AVX__)
 #include <immintrin.h>
+#elif defined(__SSE2__)
+#include <emmintrin.h> // immintrin.h takes ten times as long to read
 #elif defined(__aarch64__)
 #include <arm_neon.h>
 #endif

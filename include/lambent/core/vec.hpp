@@ -3,12 +3,11 @@
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
-/// The only door to GLM: its vectors under our names, and the few functions it lacks. `dot`, `cross`,
+/// The door to GLM, but for matrices (matrix.hpp): its vectors under our names, and the few functions it lacks. `dot`, `cross`,
 /// `length`, `normalize`, `min`, `max`, `abs` and `mix` of vectors are GLM's own, found by argument lookup.
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -16,7 +15,6 @@ inline namespace LAMBENT_ABI {
 template <class T> using Vec2 = glm::vec<2, T>;
 template <class T> using Vec3 = glm::vec<3, T>;
 template <class T> using Vec4 = glm::vec<4, T>;
-template <class T> using Mat4 = glm::mat<4, 4, T>; ///< column-major: m[column][row]
 
 using Vec2f = Vec2<float>;
 using Vec3f = Vec3<float>;
@@ -24,7 +22,6 @@ using Vec4f = Vec4<float>;
 using Vec2d = Vec2<double>;
 using Vec3d = Vec3<double>;
 using Vec4d = Vec4<double>;
-using Mat4d = Mat4<double>;
 using UVec3 = glm::vec<3, std::uint32_t>;
 
 template <class T>

@@ -1,7 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <lambent/core/parallel.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/denoise/bilateral_weights.hpp>
 #include <lambent/film/region.hpp>
 #include <vector>

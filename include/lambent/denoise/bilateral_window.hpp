@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdlib>
-#include <lambent/core/parallel.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/denoise/bilateral_weights.hpp>
 #include <lambent/film/region.hpp>
-#include <memory>
+#include <optional>
 #include <vector>
 
 /// The cross-bilateral filter over its whole square window.
@@ -162,13 +162,13 @@ void filter_window_pairs(const WindowPlanes<T>& planes, E& executor, Store&& sto
     const PixelWindow& window = planes.window();
     const int radius = planes.radius(), band = std::max(16, radius);
     const int bands = (window.height() + band - 1) / band;
-    std::vector<std::unique_ptr<WindowSums<T>>> sums{std::size_t(bands)};
+    std::vector<std::optional<WindowSums<T>>> sums{std::size_t(bands)};
 
     executor.parallel_for(sums.size(), 1, [&](std::size_t begin, std::size_t end) {
         PairOfPacks<T> pair(planes.features(), 2 * radius + 1);
         for (std::size_t b = begin; b < end; ++b) {
             const int top = window.y0 + int(b) * band, bottom = std::min(window.y1, top + band);
-            sums[b] = std::make_unique<WindowSums<T>>(planes, std::min(window.y1, bottom + radius) - top);
+            sums[b].emplace(planes, std::min(window.y1, bottom + radius) - top);
             const auto row = [&](int y) { return sums[b]->row(y - top); };
             for (int y = top; y < bottom; ++y) {
                 for (int v = y; v < std::min(window.y1, y + radius + 1); ++v)

@@ -1,11 +1,12 @@
 #pragma once
 #include <lambent/core/error.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/core/numerics.hpp>
-#include <lambent/core/parallel.hpp>
 #include <lambent/film/pixel_view.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -79,16 +80,23 @@ std::size_t despike(const PixelView<const T, 3>& image, const PixelView<T, 3>& o
     return total;
 }
 
-/// Gives every pixel with a NaN or an infinity the mean of its finite neighbours, from the smallest square
-/// around it that holds one, up to `radius` pixels; 0 where there is none. In place; repaired pixels do not
-/// repair others. Gives the number of pixels repaired.
+/// Whether sums over a filter's window can hold it: finite, and below 2^-28 of the largest number (10^30 in float).
+template <std::floating_point T>
+bool is_summable(const Vec3<T>& v) {
+    constexpr T largest = std::numeric_limits<T>::max() / T(1 << 28);
+    return is_finite(v) && max_component(v) <= largest && min_component(v) >= -largest;
+}
+
+/// Gives every pixel that is not summable, as with a NaN or an infinity, the mean of its neighbours that are, from the
+/// smallest square around it that holds one, up to `radius` pixels; 0 where there is none. In place; repaired pixels
+/// do not repair others. Gives the number of pixels repaired.
 template <std::floating_point T>
 std::size_t repair_non_finite(const PixelView<T, 3>& image, int radius = 32) {
     std::vector<std::pair<std::size_t, Vec3<T>>> repairs;
     const int width = image.width(), height = image.height();
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            if (is_finite(image.load(x, y))) continue;
+            if (is_summable(image.load(x, y))) continue;
             Vec3<T> mean(0);
             int count = 0;
             for (int r = 1; r <= radius && count == 0; ++r)
@@ -96,7 +104,7 @@ std::size_t repair_non_finite(const PixelView<T, 3>& image, int radius = 32) {
                     for (int u = x - r; u <= x + r; u += v == y - r || v == y + r ? 1 : 2 * r) { // the square's rim
                         if (u < 0 || u >= width) continue;
                         const Vec3<T> value = image.load(u, v);
-                        if (is_finite(value)) mean += (value - mean) / T(++count);
+                        if (is_summable(value)) mean += (value - mean) / T(++count);
                     }
             repairs.emplace_back(std::size_t(y) * std::size_t(width) + std::size_t(x), mean);
         }

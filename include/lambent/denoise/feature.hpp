@@ -6,7 +6,6 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/simd.hpp>
 #include <lambent/film/pixel_view.hpp>
-#include <memory>
 #include <string>
 #include <vector>
 

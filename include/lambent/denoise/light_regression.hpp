@@ -1,7 +1,7 @@
 #pragma once
 #include <lambent/core/error.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/core/exp.hpp>
-#include <lambent/core/parallel.hpp>
 #include <lambent/core/simd.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <algorithm>

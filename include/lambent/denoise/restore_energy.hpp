@@ -1,5 +1,5 @@
 #pragma once
-#include <lambent/core/parallel.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <algorithm>
 #include <concepts>

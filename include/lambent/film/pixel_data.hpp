@@ -127,7 +127,7 @@ template <class T>
 Vec3<T> modulation(const FrameView<T>& frame, int x, int y) {
     if (frame.albedo.absent()) return Vec3<T>(1);
     const Vec3<T> albedo = frame.albedo.load(x, y);
-    return is_finite(albedo) ? max(albedo, Vec3<T>(T(albedo_floor))) : Vec3<T>(1);
+    return is_finite(albedo) && max_component(albedo) < T(1e4) ? max(albedo, Vec3<T>(T(albedo_floor))) : Vec3<T>(1);
 }
 template <class T>
 Vec3<T> emission(const FrameView<T>& frame, int x, int y) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/error.hpp>
+#include <lambent/core/matrix.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/film/pixel_view.hpp>
 #include <cstddef>

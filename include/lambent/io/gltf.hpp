@@ -1,8 +1,8 @@
 #pragma once
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/error.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/core/numerics.hpp>
-#include <lambent/core/parallel.hpp>
 #include <lambent/io/gltf_material.hpp>
 #include <lambent/io/gltf_mesh.hpp>
 #include <lambent/io/gltf_node.hpp>

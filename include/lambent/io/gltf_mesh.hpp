@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/error.hpp>
+#include <lambent/core/matrix.hpp>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/io/gltf_accessor.hpp>

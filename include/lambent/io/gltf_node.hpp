@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/error.hpp>
+#include <lambent/core/matrix.hpp>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/io/gltf_accessor.hpp>

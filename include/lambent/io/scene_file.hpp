@@ -1,5 +1,5 @@
 #pragma once
-#include <lambent/core/parallel.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/io/file.hpp>
 #include <lambent/io/gltf.hpp>
 #include <lambent/io/obj.hpp>

@@ -1,6 +1,6 @@
 #pragma once
 #include <lambent/core/error.hpp>
-#include <lambent/core/parallel.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/io/image.hpp>
 #include <lambent/io/load_options.hpp>
 #include <lambent/scene/scene.hpp>

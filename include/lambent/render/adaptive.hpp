@@ -1,6 +1,6 @@
 #pragma once
 #include <lambent/core/error.hpp>
-#include <lambent/core/parallel.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/film/film.hpp>
 #include <algorithm>

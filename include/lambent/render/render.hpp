@@ -1,5 +1,5 @@
 #pragma once
-#include <lambent/core/parallel.hpp>
+#include <lambent/core/executor.hpp>
 #include <lambent/film/film.hpp>
 #include <lambent/film/region.hpp>
 #include <lambent/render/integrator.hpp>
