@@ -251,23 +251,29 @@ private:
         for (int j = 0; j < work.centers_h; ++j) {
             const int y = j * o_.stride;
             const T* rows = &work.test[std::size_t(y * test_w)]; // rows y - 3 to y + 3
-            for (int x = 0; x < tile_w + 2 * patch; ++x) {
-                const T middle = rows[2 * test_w + x] + rows[3 * test_w + x] + rows[4 * test_w + x];
-                work.small[std::size_t(x)] = middle;
-                work.large[std::size_t(x)] =
-                    middle + rows[x] + rows[test_w + x] + rows[5 * test_w + x] + rows[6 * test_w + x];
+            for (int x = 0; x < tile_w + 2 * patch; x += width) {
+                const auto row = [&](int v) { return P::load(rows + v * test_w + x); };
+                const P middle = row(2) + row(3) + row(4);
+                middle.store(&work.small[std::size_t(x)]);
+                (middle + row(0) + row(1) + row(5) + row(6)).store(&work.large[std::size_t(x)]);
             }
             T* out = weights + j * work.centers_w;
             T d1[tile_w], d3[tile_w];
-            for (int i = 0; i < work.centers_w; ++i) {
-                const T* s = &work.small[std::size_t(i * o_.stride)];
-                const T* l = &work.large[std::size_t(i * o_.stride)];
-                d1[i] = (s[2] + s[3] + s[4]) * T(1.0 / 9);
-                d3[i] = (l[0] + l[1] + l[2] + l[3] + l[4] + l[5] + l[6]) * T(1.0 / 49);
+            for (int x = 0; x < tile_w; x += width) {
+                const auto small = [&](int u) { return P::load(&work.small[std::size_t(x + u)]); };
+                const auto large = [&](int u) { return P::load(&work.large[std::size_t(x + u)]); };
+                ((small(2) + small(3) + small(4)) * P(T(1.0 / 9))).store(d1 + x);
+                ((large(0) + large(1) + large(2) + large(3) + large(4) + large(5) + large(6)) * P(T(1.0 / 49)))
+                    .store(d3 + x);
+            }
+            for (int i = 1; i < work.centers_w && o_.stride > 1; ++i) {
+                d1[i] = d1[i * o_.stride];
+                d3[i] = d3[i * o_.stride];
             }
             const std::size_t center = guides_.at(x0, clamp_y(y0 + y)), tap = guides_.at(x0 + dx, clamp_y(y0 + y + dy));
             for (int i = 0; i < work.centers_w; i += width) {
                 P distance(T(0));
+#pragma GCC unroll 8
                 for (int c = 0; c < features; ++c) {
                     const P d = P::load(guides_.channel(c) + center + i) - P::load(guides_.channel(c) + tap + i);
                     distance = multiply_add(d * d, P::load(scales_.channel(c) + center + i), distance);
@@ -297,16 +303,19 @@ private:
         };
         for (int t0 = 0; t0 < work.taps; t0 += block) {
             P phi[coefficients][block], weighted[coefficients][block], value[3][block];
+#pragma GCC unroll 4
             for (int k = 0; k < block; ++k) {
                 const int t = std::min(t0 + k, side * side - 1);
                 const std::size_t there = work.offsets[std::size_t(t)] + std::size_t(i);
                 const P w = t0 + k < side * side ? weights(t) : P(T(0));
                 phi[0][k] = P(T(1));
                 weighted[0][k] = w;
+#pragma GCC unroll 8
                 for (int c = 0; c < features; ++c) {
                     phi[c + 1][k] = P::load(guides_.channel(c) + there) - here[c];
                     weighted[c + 1][k] = w * phi[c + 1][k];
                 }
+#pragma GCC unroll 3
                 for (int c = 0; c < 3; ++c) value[c][k] = P::load(colors.channel(c) + there);
             }
             P* entry = a;
@@ -314,10 +323,12 @@ private:
             for (int r = 0; r < coefficients; ++r) {
 #pragma GCC unroll 8
                 for (int c = 0; c <= r; ++c, ++entry)
+#pragma GCC unroll 4
                     for (int k = 0; k < block; ++k)
                         *entry = c == 0 ? *entry + weighted[r][k] : multiply_add(weighted[r][k], phi[c][k], *entry);
 #pragma GCC unroll 3
                 for (int c = 0; c < 3; ++c)
+#pragma GCC unroll 4
                     for (int k = 0; k < block; ++k) b[3 * r + c] = multiply_add(weighted[r][k], value[c][k], b[3 * r + c]);
             }
         }
@@ -335,11 +346,14 @@ private:
             T* const to = said + work.said_offsets[std::size_t(t)] + i;
             const P w = weights(t);
             P sum[3] = {b[0], b[1], b[2]};
+#pragma GCC unroll 8
             for (int c = 0; c < features; ++c) {
                 const P d = P::load(guides_.channel(c) + there) - here[c];
+#pragma GCC unroll 3
                 for (int channel = 0; channel < 3; ++channel)
                     sum[channel] = multiply_add(b[3 * (c + 1) + channel], d, sum[channel]);
             }
+#pragma GCC unroll 4
             for (int channel = 0; channel < 4; ++channel) {
                 T* const place = to + std::size_t(channel) * said_channel();
                 (P::load(place) + (channel < 3 ? w * sum[channel] : w)).store(place);
