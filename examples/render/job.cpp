@@ -45,14 +45,14 @@ FilmState<float> empty_state(const Job& job) {
     return state;
 }
 
-FilmState<float> resumed_state(const Job& job) {
+FilmState<float> resumed_state(const Job& job, const std::string& path) {
     const Options& o = job.options;
     FilmState<float> state = empty_state(job);
-    FilmState<float> saved = read_film<float>(o.resume);
+    FilmState<float> saved = read_film<float>(path);
     const std::string differs = difference(saved, state);
-    require(differs.empty(), [&] { return o.resume + " is of another render: its " + differs; });
+    require(differs.empty(), [&] { return path + " is of another render: its " + differs; });
     require(contains(saved.film.planes(), o.planes()), [&] {
-        return o.resume + ": it has " + describe(saved.film.planes()) + "; --aov and --denoise need " +
+        return path + ": it has " + describe(saved.film.planes()) + "; --aov and --denoise need " +
                describe(o.planes());
     });
     state.film = std::move(saved.film);

@@ -23,8 +23,8 @@ struct Job {
 /// A film without samples, with all that belongs to this job.
 lambent::FilmState<float> empty_state(const Job& job);
 
-/// The film of --resume. throws lambent::Error unless it is of this job
-lambent::FilmState<float> resumed_state(const Job& job);
+/// The film in a file. throws lambent::Error unless it is of this job
+lambent::FilmState<float> resumed_state(const Job& job, const std::string& path);
 
 /// For passes over this film.
 lambent::RenderOptions render_options(const Options& options, const lambent::FilmState<float>& state);

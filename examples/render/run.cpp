@@ -60,7 +60,7 @@ void write_results(Job& job, const FilmState<float>& state, Work work, bool keep
     report.error_target = o.error_target;
     report.rejected = state.film.rejected();
     report.rays = work.rays;
-    report.threads = job.threads.concurrency();
+    report.threads = work.threads;
     report.facts = facts_of(job.scene);
     report.skipped = skipped_by(o, job.scene);
     report.integrator = state.identity.at("integrator");
@@ -85,7 +85,7 @@ int run(const Options& o) {
     check_files(o);
     const Stopwatch whole;
     Job job(o);
-    FilmState<float> state = o.resume.empty() ? empty_state(job) : resumed_state(job);
+    FilmState<float> state = o.resume.empty() ? empty_state(job) : resumed_state(job, o.resume);
     const std::uint64_t resumed = state.film.total_samples();
     Passes passes(job, state);
     passes.run(state.film.missing(o.samples()));
@@ -96,7 +96,8 @@ int run(const Options& o) {
 
     const bool interrupted = interrupt::asked() && !passes.finished, keep_state = o.wants_state() || interrupted;
     const std::uint64_t samples = state.film.total_samples() - resumed;
-    write_results(job, state, {passes.rays, passes.rendering_s, passes.saving_s, samples}, keep_state, whole);
+    const Work work{passes.rays, passes.rendering_s, passes.saving_s, samples, job.threads.concurrency()};
+    write_results(job, state, work, keep_state, whole);
     if (!passes.finished && keep_state && (interrupted || !o.quiet))
         std::fprintf(stderr, "%s: %llu samples a pixel are saved in %s; to go on:\n  %s\n",
                      interrupted ? "interrupted" : "out of time",

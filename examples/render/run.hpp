@@ -16,6 +16,7 @@ struct Work {
     lambent::RayCounts rays;
     double rendering_s = 0, saving_s = 0;
     std::uint64_t samples = 0; ///< of all pixels
+    unsigned threads = 1;
 };
 
 /// Writes the image, its state where `keep_state`, the statistics, and prints the report; `since_start` is of the whole run.
