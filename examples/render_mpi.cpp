@@ -50,7 +50,8 @@ std::vector<SampleRange> share_of(const std::vector<SampleRange>& ranges, int ra
 }
 
 std::string part_of(const Options& o, const std::vector<SampleRange>& share) {
-    return with_extension(o.out, "." + std::to_string(share.front().begin) + "-" + std::to_string(share.back().end) + ".film");
+    const std::string samples = std::to_string(share.front().begin) + "-" + std::to_string(share.back().end);
+    return with_extension(o.out, std::string(".").append(samples).append(".film"));
 }
 
 /// What a rank leaves in its lock when it is done.
@@ -191,7 +192,14 @@ int main(int argc, char** argv) {
     if (world.rank != 0 && std::freopen("/dev/null", "w", stdout) == nullptr) return 1; // one of them speaks
     bool lost = false;
     std::string last_file; // to be removed when all have read it
-    const int code = run_program("render_mpi", [&] { return run_rank(world, argc, argv, lost, last_file); });
+    const int code = run_program("render_mpi", [&] {
+        try {
+            return run_rank(world, argc, argv, lost, last_file);
+        } catch (const UsageError&) { // all ranks have the same command line
+            if (world.rank == 0) throw;
+            return 2;
+        }
+    });
     if (lost) { // to finalize is to wait for all ranks, also for those that died
         std::fflush(stdout);
         _exit(code);

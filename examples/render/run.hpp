@@ -13,7 +13,7 @@ void check_files(const Options& options);
 
 /// What was rendered, for write_results().
 struct Work {
-    lambent::RayCounts rays;
+    lambent::RayCounts rays{};
     double rendering_s = 0, saving_s = 0;
     std::uint64_t samples = 0; ///< of all pixels
     unsigned threads = 1;

@@ -26,6 +26,7 @@ public:
     }
     int merge(const std::string& arguments) { return run(LAMBENT_MERGE, arguments + " --quiet"); }
 
+    void write(const std::string& name, const std::string& bytes) const { folder_.write(name, bytes); }
     std::string said() const { return file_bytes(folder_.file("said")); }
     std::string bytes(const std::string& name) const { return file_bytes(folder_.file(name)); }
     std::string path(const std::string& name) const { return folder_.file(name); }
