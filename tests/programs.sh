@@ -3,6 +3,7 @@
 #   sh tests/programs.sh RENDER DENOISE MERGE
 set -eu
 render=$1 denoise=$2 merge=$3
+guide=$(CDPATH='' cd -- "$(dirname -- "$0")/../docs/guides" && pwd)/programs.md
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
@@ -34,6 +35,14 @@ done
 for option in --time-limit --error-target --resume --sample-range --checkpoint --crop --pixel --explain --validate; do
     grep -q "^      render .*$option" said || wrong "there is no example of $option"
 done
+
+# So are those of the guide.
+sed -n '/^```sh/,/^```/s/^\(render\|denoise\|merge\) /&/p' "$guide" | sed 's/  *#.*//' >examples
+[ "$(wc -l <examples)" -ge 20 ] || wrong 'there are no examples in the guide'
+while read -r name arguments; do
+    eval "program_of_example=\$$name"
+    expect 0 '^usage: ' "$program_of_example" "$arguments --help"
+done <examples
 
 # A wrong name or value: the nearest right one.
 expect 2 "unknown option '--sp'; did you mean '--spp'?" "$render" 'builtin:cornell --sp 3'

@@ -101,7 +101,7 @@ TEST_CASE("render --pixel: mirrors, glass, a sky and lights without surface are 
     for (const std::string text : {"light      sphere", "vertex 0     t ", "triangle", "'light'", "'sphere light'", "MIS weight",
                                    "which it is:", "by roulette", "seen from the front"})
         CHECK_MESSAGE(desk.says(text), text);
-    desk.write("scene.gltf", R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+    std::string file = R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
         "nodes": [{"mesh": 0}, {"translation": [0, 0, 2], "extensions": {"KHR_lights_punctual": {"light": 0}}}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
         "materials": [{"name": "glass", "pbrMetallicRoughness": {"roughnessFactor": 0},
@@ -110,10 +110,15 @@ TEST_CASE("render --pixel: mirrors, glass, a sky and lights without surface are 
         "bufferViews": [{"buffer": 0, "byteLength": 36}],
         "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
         "extensionsUsed": ["KHR_lights_punctual", "KHR_materials_transmission"],
-        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 5}]}}})");
+        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 5}]}}})";
+    desk.write("scene.gltf", file);
     const std::string glass = "scene.gltf --size 9x9 --strategy light --env constant:1,1,1 --eye 0.3,0.3,1 --target 0.3,0.3,0 --spp 32 ";
     REQUIRE(desk.run(LAMBENT_RENDER, glass + "--pixel 4,4") == 0);
     for (const std::string text : {"'glass'", "as a mirror or smooth glass", "leaves"}) CHECK_MESSAGE(desk.says(text), desk.said());
+    file.replace(file.find("\"roughnessFactor\": 0"), 20, "\"roughnessFactor\": 1");
+    desk.write("scene.gltf", file);
+    REQUIRE(desk.run(LAMBENT_RENDER, glass + "--pixel 4,4") == 0);
+    CHECK_MESSAGE(desk.says("light      punctual light 0, "), desk.said());
     REQUIRE(desk.run(LAMBENT_RENDER, "builtin:cornell --size 9x9 --strategy light --env constant:1,1,1 --spp 64 --pixel 4,4") == 0);
     CHECK(desk.says("light      environment"));
     REQUIRE(desk.run(LAMBENT_RENDER, scene + "--sample-range 5:6 --pixel 20,8") == 0);

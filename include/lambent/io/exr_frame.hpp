@@ -198,6 +198,7 @@ inline bool find_plane(const ExrImage& image, std::initializer_list<const char*>
 /// of no use.
 template <class T>
 void take_sample_variance(const ExrImage& image, PixelData<T>& frame) {
+    if (frame.variance.absent()) return;
     const auto spp = image.attributes.find("samplesPerPixel");
     const int* const samples = spp != image.attributes.end() ? std::get_if<int>(&spp->second) : nullptr;
     if (samples == nullptr || *samples < 1) {
