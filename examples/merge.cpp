@@ -1,8 +1,8 @@
 // Puts together what passes over one image saved: their samples, and the image of all of them.
-#include "support/command_line.hpp"
 #include "support/image_output.hpp"
+#include "support/program.hpp"
+#include <algorithm>
 #include <cstdio>
-#include <exception>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,6 +33,9 @@ std::optional<MergeOptions> parse_options(int argc, char** argv) {
     line.add("--quiet", "say nothing but errors (off)", [&](auto&) { o.quiet = true; });
     line.add("--help", "this text", [&](auto&) { help = true; });
     std::vector<std::string> files = line.parse(argc, argv);
+    line.add_example("the parts of a render", "merge all.film a.film b.film");
+    line.add_example("denoised otherwise, with a picture to look at", "merge all.film a.film b.film --denoise fast --preview all.png");
+    line.add_example("another image of one film", "merge again.film all.film --denoise none --float");
     if (help) {
         line.print_help();
         return std::nullopt;
@@ -102,6 +105,11 @@ int run(const MergeOptions& o) {
     write_film(o.out, state);
     ThreadExecutor threads(o.threads);
     const ImageReport report = write_image(state, settings, {exr, o.preview, o.exposure}, threads);
+    std::uint64_t last = 0;
+    for (const SampleRange& range : state.film.ranges()) last = std::max(last, range.end);
+    for (const SampleRange& gap : state.film.missing({0, last}))
+        std::fprintf(stderr, "merge: samples %s are missing: render --sample-range %llu:%llu makes them\n", describe(gap).c_str(),
+                     static_cast<unsigned long long>(gap.begin), static_cast<unsigned long long>(gap.end));
     if (o.quiet) return 0;
     std::string ranges;
     for (const SampleRange& range : state.film.ranges()) ranges.append(" ").append(describe(range));
@@ -114,16 +122,8 @@ int run(const MergeOptions& o) {
 } // namespace
 
 int main(int argc, char** argv) {
-    try {
+    return run_program("merge", [&] {
         const auto options = parse_options(argc, argv);
         return options ? run(*options) : 0;
-    } catch (const UsageError& e) {
-        std::fprintf(stderr, "merge: %s\nmerge --help lists the options\n", e.what());
-        return 2;
-    } catch (const std::bad_alloc&) {
-        std::fprintf(stderr, "merge: not enough memory\n");
-    } catch (const std::exception& e) {
-        std::fprintf(stderr, "merge: %s\n", e.what());
-    }
-    return 1;
+    });
 }

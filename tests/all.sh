@@ -6,7 +6,7 @@ set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 every="dev clang asan tsan clang-asan sse2 avx2 no-contract fast-math no-oiio aarch64"
 [ $# -gt 0 ] || set -- $every
-sh "$root/cmake/install_packages.sh" base tests bench all
+sh "$root/cmake/install_packages.sh" base tests bench mpi all
 cd "$root"
 all=$root/build/all
 mkdir -p "$all"

@@ -1,14 +1,12 @@
 // EXR in, denoised EXR out: our planes, or those of Blender, Mitsuba and pbrt.
-#include "../support/command_line.hpp"
 #include "../support/image_output.hpp"
 #include "../support/preview.hpp"
+#include "../support/program.hpp"
 #include "../support/stopwatch.hpp"
 #include <lambent/core/parallel.hpp>
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/io/exr_frame.hpp>
 #include <cstdio>
-#include <exception>
-#include <new>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,7 +16,7 @@ using namespace lambent;
 namespace {
 
 struct Options {
-    std::string in, out, preview, stats;
+    std::string in, out, preview, compare, stats;
     double exposure = 0;
     unsigned threads = 0;
     bool quiet = false;
@@ -30,12 +28,14 @@ std::optional<Options> parse_options(int argc, char** argv) {
     CommandLine line("denoise IN.exr --out OUT.exr [options]");
     bool help = false;
     line.add("--out F.exr", "the denoised image, with the planes that it is made of", [&](auto& v) { o.out = v; });
-    line.add("--method METHOD", "another name for --denoise", [&](auto& v) { line.set("--denoise", v); });
+    line.add("--method METHOD", "another name for --denoise; auto = best, by what the file has (auto)",
+             [&](auto& v) { line.set("--denoise", v == "auto" ? "best" : v); });
     add_image_options(line, o.image);
     line.add("--firefly off|seed[:S]", "divide what exceeds S (25) by S, as the original did (by the method)",
              [&](auto& v) { set_firefly(o.image, v); });
-    line.add("--preview F.png", "an sRGB preview (none)", [&](auto& v) { o.preview = v; });
-    line.add("--exposure EV", "of the preview, in stops (0)", [&](auto& v) { o.exposure = to_number(v); });
+    line.add("--preview F.png", "an sRGB preview of the denoised image (none)", [&](auto& v) { o.preview = v; });
+    line.add("--compare F.png", "before and after, side by side (none)", [&](auto& v) { o.compare = v; });
+    line.add("--exposure EV", "of the previews, in stops (0)", [&](auto& v) { o.exposure = to_number(v); });
     line.add("--threads N", "0 = all of the machine's (0); the image does not depend on it",
              [&](auto& v) { o.threads = unsigned(to_integer(v, 0, 4096)); });
     line.add("--stats F.json", "counts and times (none)", [&](auto& v) { o.stats = v; });
@@ -43,6 +43,11 @@ std::optional<Options> parse_options(int argc, char** argv) {
     line.add("--help", "this text", [&](auto&) { help = true; });
     const std::vector<std::string> files = line.parse(argc, argv);
     if (help) {
+        line.add_example("an image of ours, of Blender, Mitsuba or pbrt", "denoise noisy.exr --out clean.exr");
+        line.add_example("and a look at it", "denoise noisy.exr --out clean.exr --compare both.png");
+        line.add_example("faster", "denoise noisy.exr --out clean.exr --method fast");
+        line.add_example("best of all, and with its error: render the statistics first",
+                         "render scene.glb --spp 64 --denoise none --aov all,statistics --float --out noisy.exr");
         line.print_help();
         return std::nullopt;
     }
@@ -90,8 +95,25 @@ void write_stats(const Options& o, const PixelData<float>& frame, const DenoiseR
     pending.commit();
 }
 
+/// The error before and after, and by what it is known; or why it isn't.
+void print_error(const PixelData<float>& frame, const Denoised<float>& denoised) {
+    const double before = estimated_error(frame);
+    if (before < 0) {
+        const char* why = frame.variance.absent()  ? "the file has no variance of its pixels, or not of how many samples"
+                          : frame.samples.absent() ? "the file has no number of samples"
+                                                   : "it takes two samples a pixel";
+        std::printf("estimated error  unknown: %s\n", why);
+        return;
+    }
+    std::printf("estimated error  %.4f, by the %s; ", before, frame.halves.absent() ? "pixels' variance" : "halves of the samples");
+    if (denoised.report.error)
+        std::printf("denoised %.4f, by their statistics\n",
+                    estimated_error<float>(denoised.radiance.view(), denoised.error.view(), frame.emission.view()));
+    else std::printf("denoised unknown: it takes statistics of the samples, and a method that uses them\n");
+}
+
 int run(const Options& o) {
-    for (const std::string& file : {o.out, o.preview, o.stats})
+    for (const std::string& file : {o.out, o.preview, o.compare, o.stats})
         if (!file.empty()) check_writable(file);
     Times times;
     const Stopwatch read_watch;
@@ -126,17 +148,20 @@ int run(const Options& o) {
         exr.image_height = image.display_height;
     }
     write_exr(o.out, frame, exr);
-    if (!o.preview.empty()) write_preview(o.preview, denoised.radiance.view(), o.exposure);
+    const PixelView<const float, 3> before = std::as_const(frame).radiance.view(), after = denoised.radiance.view();
+    if (!o.preview.empty()) write_preview(o.preview, {after}, o.exposure);
+    if (!o.compare.empty()) write_preview(o.compare, {before, after}, o.exposure);
     times.write_s = write_watch.seconds();
     if (!o.stats.empty()) write_stats(o, frame, denoised.report, threads.concurrency(), missing, times);
     if (!o.quiet) {
         std::printf("image            %d x %d, %zu pixels mended, %zu clamped\n", frame.width, frame.height,
                     denoised.report.non_finite, denoised.report.spikes);
-        if (denoised.report.error)
-            std::printf("estimated error  %.4f, denoised %.4f\n", estimated_error(frame),
-                        estimated_error<float>(denoised.radiance.view(), denoised.error.view(), frame.emission.view()));
+        print_error(frame, denoised);
         std::printf("seconds          read %.3f, denoise %.3f, write %.3f\n", times.read_s, times.denoise_s, times.write_s);
-        std::printf("wrote            %s%s%s\n", o.out.c_str(), o.preview.empty() ? "" : ", ", o.preview.c_str());
+        std::string files = o.out;
+        for (const std::string& file : {o.preview, o.compare, o.stats})
+            if (!file.empty()) files += ", " + file;
+        std::printf("wrote            %s\n", files.c_str());
     }
     return 0;
 }
@@ -144,16 +169,8 @@ int run(const Options& o) {
 } // namespace
 
 int main(int argc, char** argv) {
-    try {
+    return run_program("denoise", [&] {
         const auto options = parse_options(argc, argv);
         return options ? run(*options) : 0;
-    } catch (const UsageError& e) {
-        std::fprintf(stderr, "denoise: %s\ndenoise --help lists the options\n", e.what());
-        return 2;
-    } catch (const std::bad_alloc&) {
-        std::fprintf(stderr, "denoise: not enough memory\n");
-    } catch (const std::exception& e) {
-        std::fprintf(stderr, "denoise: %s\n", e.what());
-    }
-    return 1;
+    });
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include <csignal>
+#include <initializer_list>
 
 /// Ctrl-C, and the polite kill: the first asks the program to save what there is, a second one ends it.
 namespace interrupt {

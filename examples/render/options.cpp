@@ -28,6 +28,11 @@ void set_crop(Options& o, const std::string& text) {
     if (o.crop.empty()) throw UsageError("is empty");
 }
 
+void set_pixel(Options& o, const std::string& text) {
+    const std::vector<std::string> parts = split_exactly(text, ',', 2);
+    o.pixel = {int(to_integer(parts[0], 0, 1 << 16)), int(to_integer(parts[1], 0, 1 << 16))};
+}
+
 void set_environment(Options& o, const std::string& text) {
     const std::string constant = "constant:";
     o.environment.clear();
@@ -60,17 +65,37 @@ std::string to_file(const std::string& text, const std::string& extension) {
 void check_together(const Options& o) {
     if (!o.crop.empty() && !o.crop.inside(o.width, o.height))
         throw UsageError("--crop reaches out of the image of " + std::to_string(o.width) + " x " + std::to_string(o.height));
+    if (o.pixel && (o.pixel->x >= o.width || o.pixel->y >= o.height))
+        throw UsageError("--pixel lies outside of the image of " + std::to_string(o.width) + " x " + std::to_string(o.height));
+    if (o.pixel && o.error_target > 0)
+        throw UsageError("--pixel and --error-target exclude each other: how many samples a pixel gets takes its neighbours");
     if (o.range && o.error_target > 0)
         throw UsageError(
             "--sample-range and --error-target exclude each other: where a pixel stops takes all samples before");
     if (o.eye && o.target && *o.eye == *o.target) throw UsageError("--eye and --target coincide");
 }
 
+void add_examples(CommandLine& line) {
+    const auto add = [&](const char* what, const char* arguments) { line.add_example(what, arguments); };
+    add("a scene, denoised, with a picture to look at", "render scene.glb --spp 64 --size 1920x1080 --out a.exr --preview a.png");
+    add("until the image is good to 5 %", "render scene.glb --error-target 0.05 --out a.exr");
+    add("what can be done in ten minutes", "render scene.glb --spp 65536 --time-limit 600 --out a.exr");
+    add("a long one, saved as it goes", "render scene.glb --spp 4096 --checkpoint --out a.exr");
+    add("go on with it", "render scene.glb --spp 8192 --resume a.film --out a.exr");
+    add("a part of the samples, here or elsewhere", "render scene.glb --spp 64 --sample-range 0:32 --out a.exr");
+    add("the parts together", "merge all.film a.film b.film");
+    add("a part of the image", "render scene.glb --size 1920x1080 --crop 800,400,1120,680 --out part.exr");
+    add("why a pixel is as it is: the paths of its samples", "render scene.glb --size 1920x1080 --spp 4 --pixel 960,540");
+    add("what a scene file has", "render scene.glb --validate");
+    add("what was left out for a scene, and what that saved", "render scene.glb --explain");
+}
+
 } // namespace
 
-std::optional<Options> parse_options(int argc, char** argv) {
+std::optional<Options> parse_options(int argc, char** argv, const std::string& program) {
     Options o;
-    CommandLine line("render SCENE [options]     SCENE: .gltf .glb .obj builtin:cornell builtin:door builtin:room[:LIGHTS]");
+    o.command.assign(argv, argv + argc);
+    CommandLine line(program + " SCENE [options]     SCENE: .gltf .glb .obj builtin:cornell builtin:door builtin:room[:LIGHTS]");
     bool help = false;
     line.add("--out F.exr", "the image, with its planes (out.exr)", [&](auto& v) { o.out = to_file(v, ".exr"); });
     line.add("--preview F.png", "an sRGB preview (none)", [&](auto& v) { o.preview = to_file(v, ".png"); });
@@ -130,6 +155,8 @@ std::optional<Options> parse_options(int argc, char** argv) {
              [&](auto& v) { o.filter = PixelFilter(to_choice(v, {"box", "tent", "blackman-harris"})); });
     line.add("--crop x0,y0,x1,y1", "only these pixels, the same as in the whole image (all)",
              [&](auto& v) { set_crop(o, v); });
+    line.add("--pixel x,y", "print the paths of this pixel's samples, render nothing else (none)",
+             [&](auto& v) { set_pixel(o, v); });
     add_image_options(line, o.image);
     line.add("--firefly off|clamp:X|seed[:S]",
              "off; clamp samples whose reflected radiance exceeds X; the seed's rule at S (by the method)",
@@ -151,6 +178,7 @@ std::optional<Options> parse_options(int argc, char** argv) {
     line.add("--help", "this text", [&](auto&) { help = true; });
     const std::vector<std::string> rest = line.parse(argc, argv);
     if (help) {
+        add_examples(line);
         line.print_help();
         return std::nullopt;
     }

@@ -20,6 +20,7 @@ struct SphereLightOption {
 
 /// Everything that the command line of `render` says.
 struct Options {
+    std::vector<std::string> command; ///< the command line, from the program's name on
     std::string scene;
     lambent::LoadOptions load;
     std::string out = "out.exr", preview, stats, resume;
@@ -46,6 +47,7 @@ struct Options {
     double lens_radius = 0;
     lambent::PixelFilter filter = lambent::PixelFilter::box;
     lambent::PixelWindow crop;
+    std::optional<lambent::Vec2<int>> pixel; ///< show its paths instead of rendering
     ImageSettings image;
     bool quiet = false, explain = false, checkpoint = false, validate = false;
     double exposure = 0;
@@ -62,5 +64,6 @@ struct Options {
     lambent::SampleRange samples() const { return range.value_or(lambent::SampleRange{0, spp}); }
 };
 
-/// Checks all that can be checked without a file. Unset when the help was asked for, and printed. throws UsageError
-std::optional<Options> parse_options(int argc, char** argv);
+/// Checks all that can be checked without a file. Unset when the help was asked for, and printed: by a program's name,
+/// since render and render_mpi take the same. throws UsageError
+std::optional<Options> parse_options(int argc, char** argv, const std::string& program = "render");

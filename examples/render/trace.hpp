@@ -20,3 +20,12 @@ lambent::RenderResult trace_stratified(lambent::Film<float>&, const lambent::Pre
 lambent::RenderResult trace_independent(lambent::Film<float>&, const lambent::PreparedScene<float>&,
                                         const lambent::Camera&, const Options&, const lambent::RenderOptions&,
                                         lambent::ThreadExecutor&, const std::function<bool()>& keep_going);
+
+inline Tracer tracer_of(SamplerKind kind) {
+    switch (kind) {
+    case SamplerKind::sobol: return trace_sobol;
+    case SamplerKind::stratified: return trace_stratified;
+    case SamplerKind::independent: return trace_independent;
+    }
+    return trace_sobol;
+}

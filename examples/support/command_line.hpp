@@ -33,6 +33,18 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
     return row[b.size()];
 }
 
+/// "; did you mean 'NAME'?" with the name that is nearest to `text`; empty where none is near.
+inline std::string did_you_mean(const std::string& text, const std::vector<std::string>& names) {
+    const std::string* nearest = nullptr;
+    std::size_t least = 1 + std::max<std::size_t>(2, text.size() / 2); // farther is another word
+    for (const std::string& name : names)
+        if (const std::size_t distance = edit_distance(text, name); distance < least) {
+            least = distance;
+            nearest = &name;
+        }
+    return nearest != nullptr ? "; did you mean '" + *nearest + "'?" : "";
+}
+
 /// Options by name, each with a line of help. `--x v` and `--x=v` mean the same; values may start with '-'.
 class CommandLine {
 public:
@@ -43,6 +55,11 @@ public:
         const std::size_t space = spelling.find(' ');
         options_.push_back({spelling.substr(0, space), space == std::string::npos ? "" : spelling.substr(space + 1),
                             help, std::move(set)});
+    }
+
+    /// A line of the help's examples: what it does, and the arguments.
+    void add_example(std::string what, std::string command) {
+        examples_.emplace_back(std::move(what), std::move(command));
     }
 
     /// Returns what is not an option. throws UsageError
@@ -77,6 +94,9 @@ public:
         std::printf("usage: %s\n", usage_.c_str());
         for (const Option& o : options_)
             std::printf("  %-36s %s\n", (o.name + (o.value.empty() ? "" : " " + o.value)).c_str(), o.help.c_str());
+        if (!examples_.empty()) std::printf("examples:\n");
+        for (const auto& [what, command] : examples_) std::printf("  %s\n      %s\n", what.c_str(), command.c_str());
+        std::printf("exit code: 0 done, 1 scene or file error, 2 wrong command line, 130 interrupted\n");
     }
 
 private:
@@ -98,16 +118,17 @@ private:
     }
 
     const Option& find(const std::string& name) const {
-        const Option* nearest = nullptr;
+        std::vector<std::string> names;
         for (const Option& o : options_) {
             if (o.name == name) return o;
-            if (nearest == nullptr || edit_distance(name, o.name) < edit_distance(name, nearest->name)) nearest = &o;
+            names.push_back(o.name);
         }
-        throw UsageError("unknown option " + name + (nearest != nullptr ? "; did you mean " + nearest->name + "?" : ""));
+        throw UsageError("unknown option '" + name + "'" + did_you_mean(name, names));
     }
 
     std::string usage_;
     std::vector<Option> options_;
+    std::vector<std::pair<std::string, std::string>> examples_;
 };
 
 /// Whole text as a finite number. throws UsageError
@@ -169,12 +190,12 @@ inline lambent::Vec3d to_vector(const std::string& text) {
     return {n[0], n[1], n[2]};
 }
 
-/// The index of `text` among the choices. throws UsageError that lists them
+/// The index of `text` among the choices. throws UsageError that lists them and names the nearest
 inline std::size_t to_choice(const std::string& text, const std::vector<std::string>& choices) {
     std::string all;
     for (std::size_t i = 0; i < choices.size(); ++i) {
         if (choices[i] == text) return i;
         all += (i > 0 ? "|" : "") + choices[i];
     }
-    throw UsageError("must be one of " + all);
+    throw UsageError("must be one of " + all + did_you_mean(text, choices));
 }

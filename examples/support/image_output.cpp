@@ -194,7 +194,8 @@ ImageReport write_image(const FilmState<float>& state, const ImageSettings& sett
     exr.image_height = state.height;
     write_exr(files.exr, frame, exr);
     if (!files.preview.empty())
-        write_preview(files.preview, exr.denoised.absent() ? frame.radiance.view() : exr.denoised, files.exposure);
+        write_preview(files.preview, {exr.denoised.absent() ? std::as_const(frame).radiance.view() : exr.denoised},
+                      files.exposure);
     report.write_s = whole.seconds() - report.denoise_s;
     return report;
 }

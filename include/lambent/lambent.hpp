@@ -95,6 +95,7 @@
 #include <lambent/render/first_hit.hpp>
 #include <lambent/render/integrator.hpp>
 #include <lambent/render/path.hpp>
+#include <lambent/render/path_listener.hpp>
 #include <lambent/render/pixel_filter.hpp>
 #include <lambent/render/render.hpp>
 #include <lambent/sampling/alias.hpp>

@@ -266,13 +266,18 @@ TEST_CASE("EXR: other renderers' names") {
     CHECK(blender.albedo.load(0, 0) == Vec3f(5, 6, 7));
     CHECK(blender.normal.load(0, 0) == Vec3f(8, 9, 10));
     CHECK(blender.depth.load(0, 0) == 14);
-    const PixelData<float> pbrt = frame_from_exr(
+    ExrImage of_pbrt =
         image_of({"R", "G", "B", "Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z", "Ns.X", "Ns.Y",
-                  "Ns.Z", "P.X", "P.Y", "P.Z", "Variance.R", "Variance.G", "Variance.B"}));
+                  "Ns.Z", "P.X", "P.Y", "P.Z", "Variance.R", "Variance.G", "Variance.B",
+                  "RelativeVariance.R", "RelativeVariance.G", "RelativeVariance.B"});
+    CHECK(frame_from_exr(of_pbrt).variance.absent()); // of single samples, and nobody says how many
+    of_pbrt.attributes["samplesPerPixel"] = 4;
+    const PixelData<float> pbrt = frame_from_exr(of_pbrt);
     CHECK(pbrt.radiance.load(0, 0) == Vec3f(1, 2, 3));
     CHECK(pbrt.albedo.load(0, 0) == Vec3f(4, 5, 6));
     CHECK(pbrt.normal.load(0, 0) == Vec3f(10, 11, 12));
-    CHECK(pbrt.variance.load(0, 0) == Vec3f(16, 17, 18));
+    CHECK(pbrt.variance.load(0, 0) == Vec3f(4, 4.25f, 4.5f));
+    CHECK(pbrt.samples.load(0, 0) == 4);
     CHECK(pbrt.depth.absent());
     const PixelData<float> mitsuba =
         frame_from_exr(image_of({"R", "G", "B", "albedo.R", "albedo.G", "albedo.B", "sh_normal.X",

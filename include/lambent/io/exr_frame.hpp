@@ -194,11 +194,26 @@ inline bool find_plane(const ExrImage& image, std::initializer_list<const char*>
     return false;
 }
 
+/// pbrt's Variance is that of single samples (film.cpp, GBufferFilm): over their number it is the mean's, and without it,
+/// of no use.
+template <class T>
+void take_sample_variance(const ExrImage& image, PixelData<T>& frame) {
+    if (frame.variance.absent()) return;
+    const auto spp = image.attributes.find("samplesPerPixel");
+    const int* const samples = spp != image.attributes.end() ? std::get_if<int>(&spp->second) : nullptr;
+    if (samples == nullptr || *samples < 1) {
+        frame.variance = {};
+        return;
+    }
+    for (T& v : frame.variance.values()) v /= T(*samples);
+    frame.samples.allocate(image.width, image.height, T(*samples));
+}
+
 } // namespace detail
 
 /// The planes that a denoiser wants, by our names and those of Blender (ViewLayer.Combined, Noisy Image,
 /// Denoising Albedo, Denoising Normal, Depth), Mitsuba 3 (its AOVs under their types' names) and pbrt
-/// (Albedo, Ns, N, P, Variance). Our denoised files give their noisy radiance. What a file lacks is absent;
+/// (Albedo, Ns, N, P, Variance and samplesPerPixel). Our denoised files give their noisy radiance. What a file lacks is absent;
 /// its values are taken as they are, also those that are not finite.
 /// throws lambent::Error when there is no radiance
 template <class T = float>
@@ -226,6 +241,7 @@ PixelData<T> frame_from_exr(const ExrImage& image) {
     detail::find_plane(image, {""}, {"A"}, frame.alpha);
     detail::find_plane(image, {"samples", "debug sample count"}, {"Y", "X"}, frame.samples);
     detail::find_plane(image, {"variance"}, {"RGB"}, frame.variance);
+    if (image.find("RelativeVariance.R") != nullptr) detail::take_sample_variance(image, frame);
     detail::for_each_statistic(frame, [&](const char* name, std::string_view suffixes, auto& plane) {
         const std::string key = detail::lower_case(name);
         detail::find_plane(image, {key.c_str()}, {suffixes}, plane);

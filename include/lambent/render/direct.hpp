@@ -6,10 +6,10 @@ inline namespace LAMBENT_ABI {
 
 /// Light that was scattered at most once: emission, and direct light by both strategies.
 struct DirectIntegrator {
-    template <RenderScene S, SampleStream Stream>
+    template <RenderScene S, SampleStream Stream, class L = NoListener>
     PixelSample<typename S::Scalar> sample(const S& scene, const Ray<typename S::Scalar>& ray, const Stream& stream,
-                                           RayCounts& counts) const {
-        return PathIntegrator<>{{.max_depth = 1}}.sample(scene, ray, stream, counts);
+                                           RayCounts& counts, const L& listener = {}) const {
+        return PathIntegrator<>{{.max_depth = 1}}.sample(scene, ray, stream, counts, listener);
     }
 };
 

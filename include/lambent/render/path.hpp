@@ -3,6 +3,7 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/material/lambert.hpp>
 #include <lambent/render/integrator.hpp>
+#include <lambent/render/path_listener.hpp>
 #include <lambent/sampling/mis.hpp>
 #include <algorithm>
 #include <cstdint>
@@ -24,7 +25,7 @@ struct PathOptions {
 
 /// One path under way. Between two calls of advance() it waits for the answer to `ray` and, where
 /// `shadow_radiance` is not black, to `shadow_ray`.
-template <class T>
+template <class T, class Listener = NoListener>
 struct PathState {
     Ray<T> ray;
     Vec3<T> throughput{1};
@@ -40,6 +41,7 @@ struct PathState {
     Ray<T> shadow_ray;
     Vec3<T> shadow_radiance{0};
     bool alive = true;
+    [[no_unique_address]] Listener listener{};
 
     /// To be called where nothing is in the way of the shadow ray.
     void add_shadow_radiance() {
@@ -56,47 +58,52 @@ template <PathStrategy strategy = PathStrategy::both, MisHeuristic heuristic = M
 struct PathIntegrator {
     PathOptions options{};
 
-    template <class T>
-    static PathState<T> start(const Ray<T>& ray) {
-        PathState<T> path;
+    template <class T, class L = NoListener>
+    static PathState<T, L> start(const Ray<T>& ray, const L& listener = {}) {
+        PathState<T, L> path;
         path.ray = ray;
+        path.listener = listener;
         return path;
     }
 
     /// Takes the path from its ray's hit to its next ray. A shadow ray that it asks for has to be answered
     /// before the next call: add_shadow_radiance() unless it is occluded.
-    template <RenderScene S, SampleStream Stream>
-    void advance(const S& scene, PathState<typename S::Scalar>& path, const Hit<typename S::Scalar>& hit,
+    template <RenderScene S, SampleStream Stream, class L>
+    void advance(const S& scene, PathState<typename S::Scalar, L>& path, const Hit<typename S::Scalar>& hit,
                  const Stream& stream) const {
         using T = typename S::Scalar;
         path.shadow_radiance = Vec3<T>(0);
         if (!hit) {
-            add_emission<T>(path, scene.background(path.ray.direction),
-                            [&] { return scene.background_pdf(path.ray.direction); });
+            path.listener.miss(path);
+            add_emission(path, scene.background(path.ray.direction),
+                         [&] { return scene.background_pdf(path.ray.direction); });
             if (path.depth == 0) path.result.emission = path.result.radiance;
             path.alive = false;
             return;
         }
         const Surface<T> surface = scene.surface(path.ray, hit);
+        path.listener.hit(path, hit, surface);
         if (!is_black(path.extinction)) path.throughput *= exp(-path.extinction * surface.distance);
         if (path.depth == 0) detail::record_surface(path.result, surface);
         else if (path.specular) detail::record_reflected(path.result, surface, path.throughput);
-        add_emission<T>(path, surface.emission, [&] { return scene.hit_light_pdf(path.ray, hit, path.normal); });
+        add_emission(path, surface.emission, [&] { return scene.hit_light_pdf(path.ray, hit, path.normal); });
         path.alive = false;
         if (path.depth >= options.max_depth) return;
         detail::with_bsdf(scene, surface, [&](const auto& bsdf) { meet(scene, path, surface, bsdf, stream); });
     }
 
-    template <RenderScene S, SampleStream Stream>
+    template <RenderScene S, SampleStream Stream, class L = NoListener>
     PixelSample<typename S::Scalar> sample(const S& scene, const Ray<typename S::Scalar>& ray, const Stream& stream,
-                                           RayCounts& counts) const {
-        auto path = start(ray);
+                                           RayCounts& counts, const L& listener = {}) const {
+        auto path = start(ray, listener);
         while (path.alive) {
             ++counts.closest;
             advance(scene, path, path.depth == 0 ? detail::camera_hit(scene, path.ray) : scene.intersect(path.ray), stream);
             if (is_black(path.shadow_radiance)) continue;
             ++counts.shadow;
-            if (!scene.occluded(path.shadow_ray)) path.add_shadow_radiance();
+            const bool occluded = scene.occluded(path.shadow_ray);
+            path.listener.shadow(path, occluded);
+            if (!occluded) path.add_shadow_radiance();
         }
         return path.result;
     }
@@ -110,21 +117,27 @@ private:
     }
 
     /// Light that the path met by chance.
-    template <class T, class Pdf>
-    static void add_emission(PathState<T>& path, const Vec3<T>& emission, Pdf light_pdf) {
+    template <class T, class L, class Pdf>
+    static void add_emission(PathState<T, L>& path, const Vec3<T>& emission, Pdf light_pdf) {
         if (is_black(emission)) return;
         Vec3<T> radiance = path.throughput * emission;
+        T competing = 0, weight = 1;
         if (path.bsdf_pdf > 0) {
             if constexpr (strategy == PathStrategy::light) return;
-            if constexpr (strategy == PathStrategy::both) radiance *= mis_weight(path.bsdf_pdf, light_pdf());
+            if constexpr (strategy == PathStrategy::both) {
+                competing = light_pdf();
+                weight = mis_weight(path.bsdf_pdf, competing);
+                radiance *= weight;
+            }
         }
+        path.listener.emission(path, emission, competing, weight, radiance);
         path.result.radiance += radiance;
         if (path.depth > 0) (path.first || path.specular ? path.result.direct : path.result.indirect) += radiance;
     }
 
     /// Next-event estimation and the next direction at a surface.
-    template <class S, class T, class B, class Stream>
-    void meet(const S& scene, PathState<T>& path, const Surface<T>& surface, const B& bsdf, const Stream& stream) const {
+    template <class S, class T, class L, class B, class Stream>
+    void meet(const S& scene, PathState<T, L>& path, const Surface<T>& surface, const B& bsdf, const Stream& stream) const {
         const std::uint32_t base = dimensions::first_vertex + dimensions::per_vertex * path.depth;
         const Frame<T> frame(surface.shading_normal);
         const Vec3<T> wo = frame.to_local(surface.wo);
@@ -142,11 +155,12 @@ private:
         return dot(wi, surface.geometric_normal) * local_z > 0;
     }
 
-    template <class S, class T, class B, class Stream>
-    static void aim_at_light(const S& scene, PathState<T>& path, const Surface<T>& surface, const Frame<T>& frame,
+    template <class S, class T, class L, class B, class Stream>
+    static void aim_at_light(const S& scene, PathState<T, L>& path, const Surface<T>& surface, const Frame<T>& frame,
                              const B& bsdf, const Vec3<T>& wo, std::uint32_t base, const Stream& stream) {
         const LightSample<T> light = scene.sample_light(surface.position, lit_normal(surface, bsdf),
                                                         stream.get_2d(base + dimensions::light), companion);
+        path.listener.light(path, light);
         if (!(light.pdf > 0)) return;
         const Vec3<T> wi = frame.to_local(light.wi);
         if (!same_side(surface, light.wi, wi.z)) return;
@@ -158,6 +172,7 @@ private:
             if (!light.delta) weight = mis_weight(light.pdf, scattered.pdf);
         path.shadow_radiance = value * (weight / light.pdf);
         path.shadow_first = path.specular;
+        path.listener.aim(path, scattered, weight);
         path.shadow_ray = light.infinite
                               ? spawn_ray(surface, light.wi)
                               : spawn_ray_to(surface, light.target, light.target_error, light.target_normal);
@@ -169,12 +184,13 @@ private:
         return detail::transmits(bsdf) ? Vec3<T>(0) : surface.geometric_normal;
     }
 
-    template <class T, class B, class Stream>
-    void scatter(PathState<T>& path, const Surface<T>& surface, const Frame<T>& frame, const B& bsdf,
+    template <class T, class L, class B, class Stream>
+    void scatter(PathState<T, L>& path, const Surface<T>& surface, const Frame<T>& frame, const B& bsdf,
                  const Vec3<T>& wo, std::uint32_t base, const Stream& stream) const {
         const BsdfSample<T> bounce =
             bsdf.sample(wo, stream.get_1d(base + dimensions::lobe), stream.get_2d(base + dimensions::direction));
         const Vec3<T> wi = normalize(frame.to_world(bounce.wi));
+        path.listener.bounce(path, bounce, wi);
         if (!(bounce.pdf > 0) || !same_side(surface, wi, bounce.wi.z)) return;
         path.throughput *= bounce.weight;
         path.eta_scale *= bounce.eta_scale;
@@ -187,7 +203,9 @@ private:
         if (!(strength > 0)) return;
         if (path.depth >= options.roulette_depth) {
             const T survival = std::clamp(strength, T(0.05), T(0.99)); // white mazes end too
-            if (!(stream.get_1d(base + dimensions::roulette) < survival)) return;
+            const bool survived = stream.get_1d(base + dimensions::roulette) < survival;
+            path.listener.roulette(path, survival, survived);
+            if (!survived) return;
             path.throughput /= survival;
         }
         if (bounce.wi.z < 0) path.extinction = surface.front ? surface.extinction : Vec3<T>(0);
