@@ -2,7 +2,8 @@
 // leaves it out and by code that does not, in turns, on one pinned thread, CPU time, medians.
 #include "../examples/support/command_line.hpp"
 #include "bvh/affinity.hpp"
-#include "error_time_rows.hpp"
+#include "error_curve.hpp"
+#include "output.hpp"
 #include "timing.hpp"
 #include <algorithm>
 #include <cstdio>

@@ -1,5 +1,5 @@
 #pragma once
-#include "../report_rows.hpp"
+#include "../report/rows.hpp"
 #include <chrono>
 #include <csignal>
 #include <fcntl.h>
