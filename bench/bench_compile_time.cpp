@@ -8,6 +8,7 @@
 #include "timing.hpp"
 #include <fstream>
 #include <map>
+#include <span>
 #include <sstream>
 
 namespace {
@@ -40,23 +41,29 @@ std::vector<std::string> compiler() {
     return words;
 }
 
-void measure_headers(int rounds, bool json) {
+/// CPU seconds of the compiler.
+double compile(const TemporaryFolder& folder, const Header& header, const Mode& mode) {
+    const std::string source = (folder.path / "one.cpp").string();
+    std::ofstream(source) << "#include <" << header.name << ">\nint main() {}\n";
+    std::vector<std::string> words = compiler();
+    words.insert(words.end(), mode.words.begin(), mode.words.end());
+    words.push_back(source);
+    return run_process(words).cpu_s;
+}
+
+/// Without -c where there is little time.
+void measure_headers(int rounds, bool quick, bool json) {
     const TemporaryFolder folder;
     std::map<std::string, std::map<std::string, std::vector<double>>> seconds, ratios; // by mode and header
-    for (int round = 0; round <= rounds; ++round) // the first brings files into memory
-        for (const Mode& mode : modes)
+    const std::span<const Mode> chosen = std::span(modes).first(quick ? 1 : modes.size());
+    for (int round = 0; round < rounds; ++round)
+        for (const Mode& mode : chosen)
             for (const Header& h : headers) {
-                const std::string source = (folder.path / "one.cpp").string();
-                std::ofstream(source) << "#include <" << h.name << ">\nint main() {}\n";
-                std::vector<std::string> words = compiler();
-                words.insert(words.end(), mode.words.begin(), mode.words.end());
-                words.push_back(source);
-                const double took = run_process(words).cpu_s;
-                if (round == 0) continue;
+                const double took = compile(folder, h, mode);
                 seconds[mode.name][h.name].push_back(took);
                 ratios[mode.name][h.name].push_back(took / seconds[mode.name]["vector"].back());
             }
-    for (const Mode& mode : modes)
+    for (const Mode& mode : chosen)
         for (const Header& h : headers) {
             const double ratio = median(ratios[mode.name][h.name]);
             Line line(json);
@@ -97,16 +104,16 @@ void measure_program(bool json) {
 
 int main(int argc, char** argv) try {
     int rounds = 5;
-    bool json = false, help = false;
+    bool json = false, quick = false, help = false;
     CommandLine line("bench_compile_time [options]");
     line.add("--rounds N", "of which medians are taken (5)",
              [&](const std::string& v) { rounds = int(to_integer(v, 1, 1000)); });
-    line.add("--quick", "one round", [&](const std::string&) { rounds = 1; });
+    line.add("--quick", "one round of -fsyntax-only", [&](const std::string&) { rounds = 1, quick = true; });
     line.add("--json", "one object a line", [&](const std::string&) { json = true; });
     line.add("--help", "this list", [&](const std::string&) { help = true; });
     if (!line.parse(argc, argv).empty()) throw UsageError("takes options only");
     if (help) return line.print_help(), 0;
-    measure_headers(rounds, json);
+    measure_headers(rounds, quick, json);
     measure_program(json);
     return 0;
 } catch (const UsageError& e) {

@@ -85,7 +85,7 @@ std::string filter_section(const Data& data, const std::vector<Row>& rows) {
     DotPlot plot{"Milliseconds a frame: " + size, {"ms, logarithmic; left is faster"}};
     for (const Row& row : rows) {
         const std::string variant = get(row, "variant");
-        plot.dots.push_back({"", variant + " (" + shown(number(row, "ratio_to_naive")) + " x naive)", "time", number(row, "ms"),
+        plot.dots.push_back({"", variant + ", " + shown(number(row, "ratio_to_naive")) + " x as fast as naive", "time", number(row, "ms"),
                              variant + ": " + shown(number(row, "ms")) + " ms", failed(row)});
     }
     return out +

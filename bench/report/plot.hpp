@@ -19,7 +19,7 @@ inline std::string palette(const char* scheme) {
 }
 inline std::string plot_style() {
     std::string css = "svg text{fill:var(--text);stroke:none}svg .soft{fill:var(--soft)}svg .title{font-weight:bold}"
-                      "svg .grid{stroke:var(--line)}svg .base{stroke:var(--text)}svg polyline{fill:none;stroke-width:1.7}"
+                      "svg .grid{stroke:var(--line)}svg .base{stroke:var(--text)}svg polyline{fill:none!important;stroke-width:1.7}"
                       "svg .dashed{stroke-dasharray:5 3}"
                       "svg .failed{stroke:var(--bad);stroke-width:2.5;fill:none}";
     for (int i = 0; i < 8; ++i) {
@@ -199,7 +199,7 @@ struct DotPlot {
 
     std::string svg() const {
         if (dots.empty()) return "";
-        constexpr double width = 900, left = 250, right = 230, top = 34, step = 17, gap = 12;
+        constexpr double width = 960, left = 310, right = 230, top = 34, step = 17, gap = 12;
         std::vector<std::array<std::string, 2>> rows;
         std::vector<std::string> groups, names;
         const auto add = [](auto& list, const auto& value) {

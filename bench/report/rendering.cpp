@@ -78,7 +78,7 @@ std::string frame_section(const Data& data, const std::vector<Row>& rows) {
         plot.bars.push_back(bar);
     }
     return "<p>Whole runs of the example program, from a scene to a denoised EXR and a PNG, wall clock on all threads, "
-           "medians, as <code>render --stats</code> reports them. Under each scene's bar stands its total.</p>\n" +
+           "medians, as <code>render --stats</code> reports them. Behind each bar stand its whole time and memory.</p>\n" +
            figure(data, "bench_frame", plot.svg(), "Shares of load, BVH build, render, denoise and write.") +
            folded("All rows", table(rows));
 }

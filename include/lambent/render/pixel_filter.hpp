@@ -19,26 +19,29 @@ namespace detail {
 
 /// The inverse of the distribution of the Blackman-Harris window over [-1, 1], at evenly spaced probabilities.
 /// source  F. Harris, Proceedings of the IEEE 66:1 (1978)
+// A function and not a lambda where it is used: gcc would try to run that when it compiles, which takes it 3 s.
+inline std::array<double, 1025> make_blackman_harris_quantiles() {
+    // Integral of a0 + a1 cos(πx) + a2 cos(2πx) + a3 cos(3πx) from -1 to x, over that to 1.
+    const auto below = [](double x) {
+        const double a = pi<double> * x;
+        return (0.35875 * (a + pi<double>) + 0.48829 * std::sin(a) + 0.14128 / 2 * std::sin(2 * a) +
+                0.01168 / 3 * std::sin(3 * a)) /
+               (0.35875 * 2 * pi<double>);
+    };
+    std::array<double, 1025> t{};
+    for (std::size_t i = 0; i < t.size(); ++i) {
+        const double p = double(i) / double(t.size() - 1);
+        double low = -1, high = 1;
+        for (int step = 0; step < 60; ++step) (below((low + high) / 2) < p ? low : high) = (low + high) / 2;
+        t[i] = (low + high) / 2;
+    }
+    t.front() = -1;
+    t.back() = 1;
+    return t;
+}
+
 inline const std::array<double, 1025>& blackman_harris_quantiles() {
-    static const std::array<double, 1025> table = [] {
-        // Integral of a0 + a1 cos(πx) + a2 cos(2πx) + a3 cos(3πx) from -1 to x, over that to 1.
-        const auto below = [](double x) {
-            const double a = pi<double> * x;
-            return (0.35875 * (a + pi<double>) + 0.48829 * std::sin(a) + 0.14128 / 2 * std::sin(2 * a) +
-                    0.01168 / 3 * std::sin(3 * a)) /
-                   (0.35875 * 2 * pi<double>);
-        };
-        std::array<double, 1025> t{};
-        for (std::size_t i = 0; i < t.size(); ++i) {
-            const double p = double(i) / double(t.size() - 1);
-            double low = -1, high = 1;
-            for (int step = 0; step < 60; ++step) (below((low + high) / 2) < p ? low : high) = (low + high) / 2;
-            t[i] = (low + high) / 2;
-        }
-        t.front() = -1;
-        t.back() = 1;
-        return t;
-    }();
+    static const std::array<double, 1025> table = make_blackman_harris_quantiles();
     return table;
 }
 
