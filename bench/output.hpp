@@ -26,8 +26,8 @@ private:
     Line& add(const char* key, const std::string& value, const std::string& cell, int width) {
         char padded[128];
         std::snprintf(padded, sizeof padded, "%*s", width, cell.c_str());
-        if (json_) text_ += (text_.empty() ? "{\"" : ", \"") + std::string(key) + "\": " + value;
-        else text_ += (text_.empty() ? "" : " ") + std::string(padded);
+        if (json_) text_.append(text_.empty() ? "{\"" : ", \"").append(key).append("\": ").append(value);
+        else text_.append(text_.empty() ? "" : " ").append(padded);
         return *this;
     }
     bool json_, in_words_ = false;

@@ -85,7 +85,9 @@ private:
 
 namespace svg {
 
-inline std::string series_class(std::size_t index) { return "s" + std::to_string(index % 8); }
+inline std::string series_class(std::size_t index) {
+    return {'s', char('0' + index % 8)};
+}
 
 inline std::string start(double width, double height, const std::string& title) {
     std::ostringstream out;
