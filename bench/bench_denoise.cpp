@@ -389,8 +389,14 @@ int main(int argc, char** argv) try {
     if (o.scenes.empty()) o.scenes = to_scenes(quick ? "cornell,gloss,mirror" : "all");
     if (quick) o.spp = {4, 16}, o.reference_spp = 128;
     std::optional<Oidn> oidn;
-    if (o.python.empty()) {
-        std::fprintf(stderr, "Open Image Denoise is left out: no --peers\n");
+    std::string lacks = o.python.empty() ? "no --peers" : "";
+    try {
+        if (lacks.empty()) run_process({o.python, "-c", "import numpy, pyoidn"});
+    } catch (const Error& e) {
+        lacks = e.what();
+    }
+    if (!lacks.empty()) {
+        std::fprintf(stderr, "Open Image Denoise is left out: %s\n", lacks.c_str());
         std::erase_if(o.methods, [](const std::string& m) { return m.rfind("oidn", 0) == 0; });
     } else {
         oidn.emplace(o);

@@ -217,8 +217,13 @@ bool measure(const Options& o, const std::string& name, ThreadExecutor& threads)
                 std::fprintf(stderr, "%s: %s left out, the scene is not all diffuse\n", s.name.c_str(), kind.name);
                 continue;
             }
-            peers[kind.name] = std::make_unique<Peer>(o.python, std::string(LAMBENT_PEERS_DIR "/") + kind.script,
-                                                      folder.path, kind.setting);
+            try {
+                peers[kind.name] = std::make_unique<Peer>(o.python, std::string(LAMBENT_PEERS_DIR "/") + kind.script,
+                                                          folder.path, kind.setting);
+            } catch (const Error& e) {
+                std::fprintf(stderr, "%s: %s left out: %s\n", s.name.c_str(), kind.name, e.what());
+                continue;
+            }
             methods.push_back({kind.name, "", ""});
         }
     }

@@ -53,8 +53,11 @@ measure() { # NAME ARGUMENTS...: runs a benchmark, and notes how that went
 }
 measure bench_bvh --json --batch --double --compact ${EMBREE4:+--embree4 "$EMBREE4"}
 # With peers the benchmark would measure fewer of our own methods: here all join.
-measure bench_error_time --json --methods path,light,bsdf,independent,path+best,path+balanced,path+fast \
-    ${peers:+--peers "$peers"}
+# Not up to its 256 samples, which would take as long as all else together.
+spp=1,4,16,64
+[ "$mode" = full ] || spp=1,4,16
+measure bench_error_time --json --spp "$spp" \
+    --methods path,light,bsdf,independent,path+best,path+balanced,path+fast ${peers:+--peers "$peers"}
 measure bench_denoise --json --cache "$out/references" --pictures "$out/pictures" ${peers:+--peers "$peers"}
 for name in filter skip frame load compile_time experiments; do
     measure "bench_$name" --json

@@ -53,7 +53,7 @@ for spp in 1 4; do
     done
 done >"$work/bench_error_time.json"
 echo '{"scene": "box", "method": "render", "first_image_s": 0.1, "peak_mib": 12.5}' >>"$work/bench_error_time.json"
-echo '{"scene":"box","class":"ao","library":"lambent","variant":"float","batch":false,"threads":1,"mrays_per_s":12.3456789,"wrong":0}' >"$work/bench_bvh.json"
+echo '{"scene":"box","class":"ao","library":"lambent","variant":"float","batch":false,"threads":1,"rays":9999,"mrays_per_s":12.3456789,"wrong":0}' >"$work/bench_bvh.json"
 printf '{\n  "benchmarks": [\n    {\n      "name": "warp/16",\n      "cpu_time": 3.5e+00,\n' >"$work/micro.json"
 : >"$work/bench_filter.json" # a benchmark that wrote nothing
 echo '{"scene": "box", "feature": "alpha", "seconds_with_skip": 1, "seconds_without": 2.5, "ratio": 2.5, "equal": 1}' >"$work/bench_skip.json"
@@ -75,7 +75,7 @@ inside error 2 '<polyline '
 inside error 1 'path *slope 1<' # error and time grow alike, here
 inside rays 1 '<svg '           # rays a second; there is no Embree to compare with
 inside rays 1 'Embree is not there'
-inside rays 1 '<td>12.35</td><td>0</td>'
+inside rays 1 '<td>9999</td><td>12.35</td><td>0</td>'
 inside denoising 1 "<input type='range'"
 [ "$(grep -o "src='data:image/png;base64,iVBORw0K'" "$work/report.html" | wc -l)" -eq 3 ] || fail "not three pictures"
 inside filters 1 'Not measured: bench_filter.json'
@@ -96,6 +96,15 @@ expect 1 'no row failed its check'
 expect 0 'FAILED'
 [ "$(grep -o '<svg ' "$work/report.html" | wc -l)" -eq "$(grep -o '<figcaption>[^<]* Made by <code>' "$work/report.html" | wc -l)" ] ||
     fail "a chart does not say what it shows and what made it"
+
+# Rays are counted by who answers them, and crossed out where they are many.
+for wrong in 1 3; do
+    echo "{\"scene\":\"box\",\"class\":\"bounce\",\"library\":\"lambent\",\"variant\":\"float\",\"batch\":false,\"threads\":1,\"rays\":15000,\"ratio_to_embree\":$wrong,\"wrong\":$wrong}"
+done >>"$work/bench_bvh.json"
+draw
+expect 1 '<li>bench_bvh: lambent float answers 4 of 39999 rays unlike double'
+inside rays 1 '<title>FAILED: lambent float, bounce, box: 3<'
+inside rays 1 '<title>lambent float, bounce, box: 1<'
 
 # What failed stands at the top by name, in its chart as a cross and in its table in red; so does a missed budget.
 echo '{"scene": "box", "feature": "front", "seconds_with_skip": 1, "seconds_without": 3, "ratio": 3.0, "equal": 0}' >>"$work/bench_skip.json"
