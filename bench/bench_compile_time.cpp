@@ -81,7 +81,8 @@ double built_in_seconds(const std::string& objects) {
         std::istringstream words(line);
         double start = 0, end = 0, time = 0;
         std::string output;
-        if (words >> start >> end >> time >> output && output.rfind(objects, 0) == 0) took[output] = (end - start) / 1000;
+        if (words >> start >> end >> time >> output && output.rfind(objects, 0) == 0)
+            took[output] = (end - start) / 1000;
     }
     double sum = 0;
     for (const auto& [output, s] : took) sum += s;

@@ -34,9 +34,9 @@ bool measure(const Options& o, const std::string& scene) {
     std::map<std::string, std::vector<double>> numbers;
     bool right = true;
     for (int round = 0; round <= o.rounds; ++round) { // the first brings files and libraries into memory
-        const Spent spent = run_process({LAMBENT_RENDER, scene, "--size", o.size, "--spp", o.spp, "--denoise", o.denoise,
-                                         "--out", file("out.exr"), "--preview", file("out.png"), "--stats",
-                                         file("stats.json"), "--quiet"});
+        const Spent spent =
+            run_process({LAMBENT_RENDER, scene, "--size", o.size, "--spp", o.spp, "--denoise", o.denoise, "--out",
+                         file("out.exr"), "--preview", file("out.png"), "--stats", file("stats.json"), "--quiet"});
         std::ifstream in(file("stats.json"));
         const std::string text{std::istreambuf_iterator<char>(in), {}};
         const double total = stat(text, "total_s");
@@ -83,10 +83,13 @@ int main(int argc, char** argv) try {
     }
     if (o.scenes.empty()) {
         o.scenes = {"builtin:cornell", "builtin:room"};
-        for (const char* name : {"sponza_crytek/sponza.glb", "damaged_helmet/DamagedHelmet.glb", "hotel_room/hotel_room.glb"}) {
+        for (const char* name :
+             {"sponza_crytek/sponza.glb", "damaged_helmet/DamagedHelmet.glb", "hotel_room/hotel_room.glb"}) {
             const std::string file = std::string(LAMBENT_SHARED_DIR "/scenes/") + name;
-            if (std::filesystem::exists(file)) o.scenes.push_back(file);
-            else std::fprintf(stderr, "bench_frame: %s is absent and left out\n", name);
+            if (std::filesystem::exists(file))
+                o.scenes.push_back(file);
+            else
+                std::fprintf(stderr, "bench_frame: %s is absent and left out\n", name);
         }
     }
     bool right = true;

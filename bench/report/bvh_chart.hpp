@@ -13,14 +13,16 @@ inline std::string bvh_chart(const std::vector<Row>& rows) {
                variant != "double" && variant != "compact" && !is_base;
     };
     DotPlot plot{"Rays a second, one thread, in multiples of Embree's single rays (HIGH, not robust)",
-                 {"times Embree's rays a second; right of 1 is faster"}, 1};
+                 {"times Embree's rays a second; right of 1 is faster"},
+                 1};
     for (const bool mean : {false, true}) // the means come last
         for (const Row& row : rows) {
             const std::string scene = get(row, "scene"), ray_class = get(row, "class");
             if (!is_drawn(row) || (scene == "geomean") != mean) continue;
             const bool batch = get(row, "batch") == "true";
             const std::string name = get(row, "library") + " " + get(row, "variant") + (batch ? ", batch" : "");
-            const std::string title = name + ", " + ray_class + ", " + scene + ": " + shown(get(row, "ratio_to_embree"));
+            const std::string title =
+                name + ", " + ray_class + ", " + scene + ": " + shown(get(row, "ratio_to_embree"));
             const bool many_wrong = number(row, "wrong") > 1e-4 * number(row, "rays") && number(row, "rays") > 0;
             plot.dots.push_back({ray_class, mean ? "geometric mean" : scene.substr(scene.find_last_of('/') + 1), name,
                                  number(row, "ratio_to_embree"), title, many_wrong, mean, batch});

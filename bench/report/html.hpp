@@ -62,8 +62,7 @@ inline std::string base64(const std::string& bytes) {
         unsigned bits = 0;
         for (std::size_t k = 0; k < 3; ++k)
             bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-        for (std::size_t k = 0; k < 4; ++k)
-            out += i + k <= bytes.size() ? digits[bits >> (18 - 6 * k) & 63] : '=';
+        for (std::size_t k = 0; k < 4; ++k) out += i + k <= bytes.size() ? digits[bits >> (18 - 6 * k) & 63] : '=';
     }
     return out;
 }
@@ -73,8 +72,8 @@ inline std::string image(const std::filesystem::path& file, const std::string& d
     std::ifstream in(file, std::ios::binary);
     const std::string bytes{std::istreambuf_iterator<char>(in), {}};
     if (bytes.empty()) throw std::runtime_error(file.string() + ": cannot be read");
-    return "<img class='" + std::string(style) + "' alt='" + escaped(description) +
-           "' src='data:image/png;base64," + base64(bytes) + "'>";
+    return "<img class='" + std::string(style) + "' alt='" + escaped(description) + "' src='data:image/png;base64," +
+           base64(bytes) + "'>";
 }
 
 /// Two pictures of one view, one over the other; the slider moves where one ends and the other starts.

@@ -29,9 +29,11 @@ std::string style() {
            "th,td{padding:.15em .7em;text-align:right}th{border-bottom:1px solid var(--soft)}"
            "td:first-child,th:first-child{text-align:left}tr:nth-child(even){background:var(--stripe)}"
            ".bad,.bad td{color:var(--bad);font-weight:bold}.box{border-left:4px solid var(--line);padding:.1em 1em;"
-           "margin:1em 0}.box.bad{border-color:var(--bad);font-weight:normal}code{font-size:13px;overflow-wrap:anywhere}"
+           "margin:1em "
+           "0}.box.bad{border-color:var(--bad);font-weight:normal}code{font-size:13px;overflow-wrap:anywhere}"
            ".pair{display:flex;flex-wrap:wrap;gap:1em}.compare{margin:.6em 0;flex:1 1 24em;max-width:34em;--x:50%}"
-           ".compare div{position:relative}.compare img{display:block;width:100%}.compare .after{position:absolute;inset:0;"
+           ".compare div{position:relative}.compare img{display:block;width:100%}.compare "
+           ".after{position:absolute;inset:0;"
            "clip-path:inset(0 0 0 var(--x))}.compare input{width:100%;margin:.3em 0 0}";
 }
 
@@ -61,7 +63,8 @@ std::vector<std::string> wrong_rays(const std::string& bench, const std::vector<
     std::vector<std::string> lines;
     std::map<std::string, std::array<double, 2>> counts;
     for (const Row& row : with(rows, "rays")) {
-        auto& [wrong, all] = counts[get(row, "library") + " " + get(row, "variant") + (get(row, "batch") == "true" ? ", batch" : "")];
+        auto& [wrong, all] =
+            counts[get(row, "library") + " " + get(row, "variant") + (get(row, "batch") == "true" ? ", batch" : "")];
         wrong += number(row, "wrong");
         all += number(row, "rays");
     }
@@ -141,13 +144,13 @@ void write_file(const std::filesystem::path& file, const std::string& content) {
 void write_report(const Data& data) {
     std::string page = "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'>"
                        "<meta name='viewport' content='width=device-width'><title>lambent: benchmarks</title><style>" +
-                       style() + "</style></head><body>\n<h1>lambent: benchmarks</h1>\n" + machine(data) + failures(data) +
-                       left_out(data) + "<p>";
+                       style() + "</style></head><body>\n<h1>lambent: benchmarks</h1>\n" + machine(data) +
+                       failures(data) + left_out(data) + "<p>";
     for (const Section& s : sections) page += "<a href='#" + std::string(s.id) + "'>" + s.title + "</a> &middot; ";
     page += "<a href='#runs'>Runs</a></p>\n";
     for (const Section& s : sections) page += section(data, s);
-    page += "<h2 id='runs'>Runs</h2>\n<p>What was run, its wall-clock seconds and exit status.</p>\n" + table(data.of("runs")) +
-            "</body></html>\n";
+    page += "<h2 id='runs'>Runs</h2>\n<p>What was run, its wall-clock seconds and exit status.</p>\n" +
+            table(data.of("runs")) + "</body></html>\n";
     write_file(data.folder / "report.html", page);
 }
 

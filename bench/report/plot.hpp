@@ -12,16 +12,18 @@ inline std::string palette(const char* scheme) {
     static const char* const dark[] = {"#6cb2eb", "#f08a6f", "#86c96f", "#c39bd3",
                                        "#e3b55a", "#5fd0c0", "#a8b0bb", "#ec7fae"};
     const bool is_dark = std::string(scheme) == "dark";
-    std::string css = is_dark ? "--text:#e4e4e4;--soft:#9a9a9a;--line:#3a3a3a;--bad:#ff6b6b;--back:#161616;--stripe:#202020;"
-                              : "--text:#1c1c1c;--soft:#666;--line:#ddd;--bad:#b00020;--back:#fff;--stripe:#f5f5f5;";
+    std::string css =
+        is_dark ? "--text:#e4e4e4;--soft:#9a9a9a;--line:#3a3a3a;--bad:#ff6b6b;--back:#161616;--stripe:#202020;"
+                : "--text:#1c1c1c;--soft:#666;--line:#ddd;--bad:#b00020;--back:#fff;--stripe:#f5f5f5;";
     for (std::size_t i = 0; i < 8; ++i) css += "--s" + std::to_string(i) + ":" + (is_dark ? dark : light)[i] + ";";
     return css;
 }
 inline std::string plot_style() {
-    std::string css = "svg text{fill:var(--text);stroke:none}svg .soft{fill:var(--soft)}svg .title{font-weight:bold}"
-                      "svg .grid{stroke:var(--line)}svg .base{stroke:var(--text)}svg polyline{fill:none!important;stroke-width:1.7}"
-                      "svg .dashed{stroke-dasharray:5 3}"
-                      "svg .failed{stroke:var(--bad);stroke-width:2.5;fill:none}";
+    std::string css =
+        "svg text{fill:var(--text);stroke:none}svg .soft{fill:var(--soft)}svg .title{font-weight:bold}"
+        "svg .grid{stroke:var(--line)}svg .base{stroke:var(--text)}svg polyline{fill:none!important;stroke-width:1.7}"
+        "svg .dashed{stroke-dasharray:5 3}"
+        "svg .failed{stroke:var(--bad);stroke-width:2.5;fill:none}";
     for (int i = 0; i < 8; ++i) {
         const std::string s = std::to_string(i);
         css += "svg .s" + s + "{stroke:var(--s" + s + ");fill:var(--s" + s + ")}";
@@ -65,7 +67,7 @@ public:
             for (double t = std::ceil(low_ / step) * step; t <= high_; t += step) found.push_back(t);
             return found;
         }
-        const std::vector<double> all = span > 12   ? std::vector<double>{1}
+        const std::vector<double> all = span > 12  ? std::vector<double>{1}
                                         : span > 6 ? std::vector<double>{1, 3}
                                         : span > 3 ? std::vector<double>{1, 2, 5}
                                                    : std::vector<double>{1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8};
@@ -85,9 +87,7 @@ private:
 
 namespace svg {
 
-inline std::string series_class(std::size_t index) {
-    return {'s', char('0' + index % 8)};
-}
+inline std::string series_class(std::size_t index) { return {'s', char('0' + index % 8)}; }
 
 inline std::string start(double width, double height, const std::string& title) {
     std::ostringstream out;
@@ -106,11 +106,12 @@ inline std::string line(double x1, double y1, double x2, double y2, const char* 
     return out.str();
 }
 /// A circle, or a cross where a check failed; `title` is what pointing at it shows.
-inline std::string mark(double x, double y, double radius, const std::string& style, const std::string& title, bool bad) {
+inline std::string mark(double x, double y, double radius, const std::string& style, const std::string& title,
+                        bool bad) {
     std::ostringstream out;
     if (bad)
-        out << "<path class='failed' d='M" << x - 5 << ' ' << y - 5 << "l10 10m0 -10l-10 10'><title>FAILED: "
-            << escaped(title) << "</title></path>";
+        out << "<path class='failed' d='M" << x - 5 << ' ' << y - 5
+            << "l10 10m0 -10l-10 10'><title>FAILED: " << escaped(title) << "</title></path>";
     else
         out << "<circle class='" << style << "' cx='" << x << "' cy='" << y << "' r='" << radius << "'><title>"
             << escaped(title) << "</title></circle>";
@@ -247,7 +248,8 @@ struct DotPlot {
         for (const std::string& name : names) {
             const auto index = std::size_t(std::find(names.begin(), names.end(), name) - names.begin());
             const std::string color = svg::series_class(index + first_color);
-            const bool ring = std::any_of(dots.begin(), dots.end(), [&](const Dot& d) { return d.series == name && d.ring; });
+            const bool ring =
+                std::any_of(dots.begin(), dots.end(), [&](const Dot& d) { return d.series == name && d.ring; });
             const std::string style = color + (ring ? " ring" : "");
             for (const Dot& d : dots)
                 if (d.series == name && across.shows(d.x))
@@ -301,8 +303,9 @@ struct StackPlot {
             for (std::size_t i = 0; i < bars[b].parts.size(); ++i) {
                 const double to = from + bars[b].parts[i];
                 out << "<rect class='" << svg::series_class(i) << "' x='" << across(from) << "' y='" << y + 4
-                    << "' width='" << std::max(0.0, across(to) - across(from)) << "' height='" << step - 8 << "'><title>"
-                    << escaped(bars[b].name + ", " + parts[i] + ": " + shown(bars[b].parts[i])) << "</title></rect>";
+                    << "' width='" << std::max(0.0, across(to) - across(from)) << "' height='" << step - 8
+                    << "'><title>" << escaped(bars[b].name + ", " + parts[i] + ": " + shown(bars[b].parts[i]))
+                    << "</title></rect>";
                 from = to;
             }
             out << svg::text(across(from) + 8, y + 16, (bars[b].failed ? "FAILED  " : "") + bars[b].note);

@@ -27,11 +27,12 @@ std::string numbers(const Row& row, const std::vector<std::string>& keys) {
 std::string error_time_section(const Data& data, const std::vector<Row>& rows) {
     const std::vector<Row> curves = with(with(rows, "spp"), "rel_mse");
     const std::vector<std::string> methods = values(curves, "method");
-    std::string out = "<p>Relative mean squared error against a converged image, over CPU seconds of all threads together, "
-                      "both logarithmic; a dot for each number of samples a pixel. Pixels that see an emitter are left out. "
-                      "Lower and further left is better. A slope of -1 is what independent samples have: twice the time, "
-                      "half the error; a denoiser's is flatter, as it starts from less. Efficiency is 1 / (error x "
-                      "seconds).</p>\n";
+    std::string out =
+        "<p>Relative mean squared error against a converged image, over CPU seconds of all threads together, "
+        "both logarithmic; a dot for each number of samples a pixel. Pixels that see an emitter are left out. "
+        "Lower and further left is better. A slope of -1 is what independent samples have: twice the time, "
+        "half the error; a denoiser's is flatter, as it starts from less. Efficiency is 1 / (error x "
+        "seconds).</p>\n";
     std::vector<Row> slopes;
     for (const std::string& scene : values(curves, "scene")) {
         LinePlot plot{scene, {"CPU seconds"}, {"relative MSE"}};
@@ -46,8 +47,11 @@ std::string error_time_section(const Data& data, const std::vector<Row>& rows) {
             if (series.points.empty()) continue;
             const double s = slope(series.points);
             if (std::isfinite(s)) series.note = "slope " + shown(std::round(100 * s) / 100);
-            slopes.push_back({{"scene", scene}, {"method", methods[m]}, {"slope", std::isfinite(s) ? shown(s) : "none"},
-                              {"most spp", get(last, "spp")}, {"efficiency", get(last, "efficiency")},
+            slopes.push_back({{"scene", scene},
+                              {"method", methods[m]},
+                              {"slope", std::isfinite(s) ? shown(s) : "none"},
+                              {"most spp", get(last, "spp")},
+                              {"efficiency", get(last, "efficiency")},
                               {"Msamples/s", get(last, "msamples_per_s")},
                               {"efficiency to best peer's", get(last, "ratio_to_best_peer")}});
             plot.series.push_back(series);
@@ -68,7 +72,8 @@ std::string frame_section(const Data& data, const std::vector<Row>& rows) {
     for (const Row& row : rows) {
         const double total = number(row, "total_s");
         if (!(total > 0)) continue;
-        StackPlot::Bar bar{get(row, "scene"), shown(total) + " s, " + shown(number(row, "peak_mib")) + " MiB", {}, failed(row)};
+        StackPlot::Bar bar{
+            get(row, "scene"), shown(total) + " s, " + shown(number(row, "peak_mib")) + " MiB", {}, failed(row)};
         double rest = 100;
         for (const std::string& part : parts) {
             bar.parts.push_back(100 * number(row, part + "_s") / total);
@@ -78,7 +83,8 @@ std::string frame_section(const Data& data, const std::vector<Row>& rows) {
         plot.bars.push_back(bar);
     }
     return "<p>Whole runs of the example program, from a scene to a denoised EXR and a PNG, wall clock on all threads, "
-           "medians, as <code>render --stats</code> reports them. Behind each bar stand its whole time and memory.</p>\n" +
+           "medians, as <code>render --stats</code> reports them. Behind each bar stand its whole time and "
+           "memory.</p>\n" +
            figure(data, "bench_frame", plot.svg(), "Shares of load, BVH build, render, denoise and write.") +
            folded("All rows", table(rows));
 }
@@ -93,8 +99,10 @@ std::string memory_section(const Data& data, const std::vector<Row>& rows) {
         plot.dots.push_back({get(row, "scene"), method, method == "render" ? "lambent" : "other renderers",
                              number(row, "peak_mib"), method + ": " + shown(number(row, "peak_mib")) + " MiB"});
     }
-    return "<p>The most memory that a process had in use (resident), with the scene, the program and its libraries. Above, "
-           "the runs of the last section; below, bench_error_time's scenes by renderer: ours for 512 x 512 pixels, others "
+    return "<p>The most memory that a process had in use (resident), with the scene, the program and its libraries. "
+           "Above, "
+           "the runs of the last section; below, bench_error_time's scenes by renderer: ours for 512 x 512 pixels, "
+           "others "
            "(where there are any) up to their last image.</p>\n" +
            figure(data, "bench_frame", plot.svg(), "Peak resident memory in MiB.");
 }
@@ -104,10 +112,13 @@ std::string skip_section(const Data& data, const std::vector<Row>& rows) {
     for (const Row& row : rows) {
         const std::string feature = get(row, "feature"), scene = get(row, "scene");
         plot.dots.push_back({scene, feature, feature == "adaptive" ? "samples where they are needed" : "code left out",
-                             number(row, "ratio"), feature + ", " + scene + ": " + shown(number(row, "ratio")), failed(row)});
+                             number(row, "ratio"), feature + ", " + scene + ": " + shown(number(row, "ratio")),
+                             failed(row)});
     }
-    return "<p>The same image by code that leaves out what the scene doesn't need, and by code that leaves nothing out, in "
-           "turns on one thread. The images have to be equal (bits, or means where formulas differ). <em>adaptive</em> is "
+    return "<p>The same image by code that leaves out what the scene doesn't need, and by code that leaves nothing "
+           "out, in "
+           "turns on one thread. The images have to be equal (bits, or means where formulas differ). <em>adaptive</em> "
+           "is "
            "the time of uniform sampling to the same error over that of sampling where it is noisy.</p>\n" +
            figure(data, "bench_skip", plot.svg(), "CPU seconds without a skip over those with it, by scene.") +
            folded("All rows", table(rows));
