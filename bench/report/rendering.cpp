@@ -33,7 +33,7 @@ std::string error_time_section(const Data& data, const std::vector<Row>& rows) {
         "Lower and further left is better. A slope of -1 is what independent samples have: twice the time, "
         "half the error; a denoiser's is flatter, as it starts from less. Efficiency is 1 / (error x "
         "seconds). Other renderers mean other things by materials that are not diffuse: in such scenes each is held to "
-                      "its own converged image.</p>\n";
+        "its own converged image.</p>\n";
     std::vector<Row> slopes;
     for (const std::string& scene : values(curves, "scene")) {
         LinePlot plot{scene, {"CPU seconds"}, {"relative MSE"}};
