@@ -387,7 +387,7 @@ int main(int argc, char** argv) try {
     if (help) return line.print_help(), 0;
 
     if (o.scenes.empty()) o.scenes = to_scenes(quick ? "cornell,gloss,mirror" : "all");
-    if (quick) o.spp = {4, 16}, o.reference_spp = 128;
+    if (quick) o.spp = {4, 16}, o.reference_spp = std::min<std::uint64_t>(o.reference_spp, 128);
     std::optional<Oidn> oidn;
     std::string lacks = o.python.empty() ? "no --peers" : "";
     try {

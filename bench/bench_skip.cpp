@@ -21,7 +21,7 @@ using namespace lambent;
 
 struct Options {
     int rounds = 7, side = 128;
-    std::uint64_t spp = 32, reference_spp = 4096;
+    std::uint64_t spp = 32, reference_spp = 2048;
     bool json = false;
 };
 

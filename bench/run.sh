@@ -33,7 +33,7 @@ cmake --build --preset release --target render || echo "the program render canno
 
 bin=build/release/bench out=build/bench
 mkdir -p "$out"
-rm -rf "$out"/*.json "$out"/*.log "$out/pictures"
+rm -rf "$out"/*.json "$out"/*.log "$out/pictures" "$out/references"
 sh bench/machine.sh build/release "$mode" >"$out/machine.json"
 
 failed=0
@@ -51,14 +51,18 @@ measure() { # NAME ARGUMENTS...: runs a benchmark, and notes how that went
     printf '{"bench": "%s", "seconds": %d, "status": %d, "command": "%s"}\n' "$name" "$seconds" "$status" \
         "$(printf '%s' "$bin/$name $*" | sed 's/\\/\\\\/g; s/"/\\"/g')" >>"$out/runs.json"
 }
-measure bench_bvh --json --batch --double --compact ${EMBREE4:+--embree4 "$EMBREE4"}
+# The full run's numbers of samples and rounds are what half an hour on two processors has room for.
+if [ "$mode" = full ]; then
+    rounds=5 spp=1,4,16,64 reference=256
+else
+    rounds=3 spp=1,4,16 reference=128
+fi
+measure bench_bvh --json --rounds "$rounds" --batch --double --compact ${EMBREE4:+--embree4 "$EMBREE4"}
 # With peers the benchmark would measure fewer of our own methods: here all join.
-# Not up to its 256 samples, which would take as long as all else together.
-spp=1,4,16,64
-[ "$mode" = full ] || spp=1,4,16
 measure bench_error_time --json --spp "$spp" \
     --methods path,light,bsdf,independent,path+best,path+balanced,path+fast ${peers:+--peers "$peers"}
-measure bench_denoise --json --cache "$out/references" --pictures "$out/pictures" ${peers:+--peers "$peers"}
+measure bench_denoise --json --reference-spp "$reference" --cache "$out/references" --pictures "$out/pictures" \
+    ${peers:+--peers "$peers"}
 for name in filter skip frame load compile_time experiments; do
     measure "bench_$name" --json
 done
