@@ -4,8 +4,9 @@
 #include "../examples/support/command_line.hpp"
 #include "../examples/support/preview.hpp"
 #include "denoise_scenes.hpp"
-#include "error_time_rows.hpp"
+#include "output.hpp"
 #include "peers/peer.hpp"
+#include "process.hpp"
 #include "timing.hpp"
 #include <algorithm>
 #include <cmath>
@@ -343,8 +344,7 @@ void print_means(const Options& o, const Results& results, const std::string& gr
 
 int main(int argc, char** argv) try {
     Options o;
-    bool help = false;
-    o.scenes = to_scenes("all");
+    bool help = false, quick = false;
     CommandLine line("bench_denoise [options]");
     line.add("--scenes LIST", "names, or tune, judge, all (all)",
              [&](const std::string& v) { o.scenes = to_scenes(v); });
@@ -381,14 +381,23 @@ int main(int argc, char** argv) try {
     line.add("--pictures DIR", "PNGs of references and results (none)", [&](const std::string& v) { o.pictures = v; });
     line.add("--mask-emitters", "errors leave out pixels that see an emitter or the sky, at least in part",
              [&](const std::string&) { o.mask_emitters = true; });
+    line.add("--quick", "three scenes, 4 and 16 samples, references of 128", [&](const std::string&) { quick = true; });
     line.add("--json", "one object a line", [&](const std::string&) { o.json = true; });
     line.add("--help", "this list", [&](const std::string&) { help = true; });
     if (!line.parse(argc, argv).empty()) throw UsageError("scenes are named by --scenes");
     if (help) return line.print_help(), 0;
 
+    if (o.scenes.empty()) o.scenes = to_scenes(quick ? "cornell,gloss,mirror" : "all");
+    if (quick) o.spp = {4, 16}, o.reference_spp = std::min<std::uint64_t>(o.reference_spp, 128);
     std::optional<Oidn> oidn;
-    if (o.python.empty()) {
-        std::fprintf(stderr, "Open Image Denoise is left out: no --peers\n");
+    std::string lacks = o.python.empty() ? "no --peers" : "";
+    try {
+        if (lacks.empty()) run_process({o.python, "-c", "import numpy, pyoidn"});
+    } catch (const Error& e) {
+        lacks = e.what();
+    }
+    if (!lacks.empty()) {
+        std::fprintf(stderr, "Open Image Denoise is left out: %s\n", lacks.c_str());
         std::erase_if(o.methods, [](const std::string& m) { return m.rfind("oidn", 0) == 0; });
     } else {
         oidn.emplace(o);

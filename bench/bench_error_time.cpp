@@ -2,9 +2,11 @@
 // that see an emitter are left out. With --peers everyone has one thread on the same processor, and they take turns.
 #include "../examples/support/command_line.hpp"
 #include "bvh/affinity.hpp"
-#include "error_time_rows.hpp"
+#include "error_curve.hpp"
+#include "output.hpp"
 #include "peers/export.hpp"
 #include "peers/peer.hpp"
+#include "process.hpp"
 #include "timing.hpp"
 #include <algorithm>
 #include <cstdio>
@@ -24,8 +26,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <sys/resource.h>
-#include <unistd.h>
 
 namespace {
 
@@ -170,30 +170,15 @@ void measure_start(const Options& o, const Subject& s) {
     }
     const TemporaryFolder folder;
     const std::string out = (folder.path / "out.exr").string(), scene = s.file.empty() ? s.name : s.file;
-    double peak_mib = 0;
     const auto run = [&](const char* size) {
         std::vector<std::string> words = {render, scene, "--size", size, "--spp", "1", "--denoise", "none", "--threads",
                                           "1", "--quiet", "--aov", "none", "--out", out};
         if (!s.sky.empty()) words.insert(words.end(), {"--env", s.sky});
-        std::vector<char*> argv;
-        for (std::string& word : words) argv.push_back(word.data());
-        argv.push_back(nullptr);
-        const auto start = std::chrono::steady_clock::now();
-        const pid_t process = fork();
-        if (process == 0) {
-            execv(argv[0], argv.data());
-            _exit(127);
-        }
-        int status = 0;
-        rusage usage{};
-        require(wait4(process, &status, 0, &usage) == process && status == 0, "render failed");
-        peak_mib = double(usage.ru_maxrss) / 1024;
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        return run_process(words);
     };
     std::vector<double> seconds;
-    for (int round = 0; round < o.rounds; ++round) seconds.push_back(run("8x8"));
-    run("512x512");
-    print_start(o, s, "render", median(seconds), peak_mib);
+    for (int round = 0; round < o.rounds; ++round) seconds.push_back(run("8x8").wall_s);
+    print_start(o, s, "render", median(seconds), run("512x512").peak_mib);
 }
 
 /// The last processor that we may run on: others like the first.
@@ -233,8 +218,13 @@ bool measure(const Options& o, const std::string& name, ThreadExecutor& threads)
                 std::fprintf(stderr, "%s: %s left out, the scene is not all diffuse\n", s.name.c_str(), kind.name);
                 continue;
             }
-            peers[kind.name] = std::make_unique<Peer>(o.python, std::string(LAMBENT_PEERS_DIR "/") + kind.script,
-                                                      folder.path, kind.setting);
+            try {
+                peers[kind.name] = std::make_unique<Peer>(o.python, std::string(LAMBENT_PEERS_DIR "/") + kind.script,
+                                                          folder.path, kind.setting);
+            } catch (const Error& e) {
+                std::fprintf(stderr, "%s: %s left out: %s\n", s.name.c_str(), kind.name, e.what());
+                continue;
+            }
             methods.push_back({kind.name, "", ""});
         }
     }
@@ -261,6 +251,20 @@ bool measure(const Options& o, const std::string& name, ThreadExecutor& threads)
         double best = 0;
         for (const auto& peer : peers) best = std::max(best, value(curves.at(peer.first)));
         return best;
+    };
+    const std::array<double, 2> truth = means(s, reference.view());
+    const auto means_agree = [&](const Method& m, const std::array<double, 2>& own) {
+        bool good = true;
+        for (std::size_t half = 0; half < 2; ++half) {
+            const double ratio = own[half] / truth[half];
+            if (!m.denoiser.empty() || m.estimator == "light" || m.estimator == "bsdf" || std::abs(ratio - 1) < 0.03) continue;
+            const bool other = own_references.count(m.name) == 1;
+            std::fprintf(stderr, "%s: the mean of %s is %.5g of the reference's in the %s half%s\n", s.name.c_str(),
+                         m.name.c_str(), ratio, half == 0 ? "left" : "right",
+                         other ? " (its own materials: compared with its own converged image)" : "");
+            good = good && other;
+        }
+        return good;
     };
     for (const std::uint64_t spp : o.spp) {
         std::map<std::string, Result> results;
@@ -307,27 +311,17 @@ bool measure(const Options& o, const std::string& name, ThreadExecutor& threads)
         const double best = best_peer([](const auto& curve) { return curve.back().efficiency(); });
         for (const Method& m : methods) {
             const Result& r = results.at(m.name);
+            const bool wrong = spp == most && !means_agree(m, r.means);
+            agrees = agrees && !wrong;
             const Point& p = curves[m.name].back();
             Line line(o.json);
             line.add("scene", s.name).add("method", m.name).add("spp", double(spp)).add("seconds", p.seconds);
             line.add("rel_mse", p.rel_mse).add("rmse", std::sqrt(r.mse)).add("efficiency", p.efficiency());
             line.add("msamples_per_s", double(s.width) * s.height * double(spp) / p.seconds * 1e-6);
             if (best > 0) line.add("ratio_to_best_peer", p.efficiency() / best);
+            line.add("wrong", wrong ? 1 : 0);
         }
-        if (spp != most) continue;
-        const std::array<double, 2> truth = means(s, reference.view());
-        for (const Method& m : methods)
-            for (std::size_t half = 0; half < 2; ++half) {
-                const double ratio = results.at(m.name).means[half] / truth[half];
-                if (!m.denoiser.empty() || m.estimator == "light" || m.estimator == "bsdf" || std::abs(ratio - 1) < 0.03)
-                    continue;
-                const bool other = own_references.count(m.name) == 1;
-                std::fprintf(stderr, "%s: the mean of %s is %.5g of the reference's in the %s half%s\n", s.name.c_str(),
-                             m.name.c_str(), ratio, half == 0 ? "left" : "right",
-                             other ? " (its own materials: compared with its own converged image)" : "");
-                agrees = agrees && other;
-            }
-        }
+    }
     const auto own_target = targets.find(s.name);
     const double target = o.target > 0 ? o.target : own_target == targets.end() ? 0 : own_target->second;
     if (target > 0) {

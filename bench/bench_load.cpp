@@ -2,10 +2,9 @@
 // tinyobjloader where it is found. Interleaved, medians; every answer's triangles are counted. Large blocks of memory come
 // fresh from the system each time, as in a program that loads one scene.
 #include "../examples/support/command_line.hpp"
-#include <algorithm>
+#include "timing.hpp"
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <lambent/io/scene_file.hpp>
@@ -122,11 +121,6 @@ std::vector<Contender> contenders(const std::string& path) {
             {"lambent_images", ours(ImageLoading::used)}};
 }
 
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-}
-
 int run(const Options& o) {
     bool all_right = true;
     for (const std::string& path : o.scenes) {
@@ -139,9 +133,9 @@ int run(const Options& o) {
         std::vector<std::size_t> triangles(all.size());
         for (int round = 0; round <= o.rounds; ++round) // the first brings the file into memory
             for (std::size_t k = 0; k < all.size(); ++k) {
-                const std::clock_t start = std::clock();
+                const double start = cpu_seconds();
                 triangles[k] = all[k].load(path);
-                if (round > 0) seconds[k].push_back(double(std::clock() - start) / CLOCKS_PER_SEC);
+                if (round > 0) seconds[k].push_back(cpu_seconds() - start);
             }
         const double megabytes = double(std::filesystem::file_size(path)) * 1e-6;
         for (std::size_t k = 0; k < all.size(); ++k) {

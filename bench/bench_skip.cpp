@@ -2,7 +2,8 @@
 // leaves it out and by code that does not, in turns, on one pinned thread, CPU time, medians.
 #include "../examples/support/command_line.hpp"
 #include "bvh/affinity.hpp"
-#include "error_time_rows.hpp"
+#include "error_curve.hpp"
+#include "output.hpp"
 #include "timing.hpp"
 #include <algorithm>
 #include <cstdio>
@@ -20,7 +21,7 @@ using namespace lambent;
 
 struct Options {
     int rounds = 7, side = 128;
-    std::uint64_t spp = 32, reference_spp = 8192;
+    std::uint64_t spp = 32, reference_spp = 2048;
     bool json = false;
 };
 
@@ -103,6 +104,7 @@ public:
 
     /// Everything for one scene. Returns whether all images were equal.
     bool measure(const Subject& s) {
+        const Pinned pinned(sched_getcpu());
         const PreparedScene<float> scene(s.scene, serial_);
         const Camera& camera = s.scene.cameras[0];
         const auto trace = [&](const auto& what, FilmPlanes planes) {
@@ -138,7 +140,8 @@ public:
             return render(scene, camera, PathIntegrator<>{}, SobolSampler<float>(seed),
                           {.width = o_.side, .height = o_.side, .end_sample = spp, .planes = planes}, serial_);
         };
-        const PixelData<float> truth = uniform(o_.reference_spp, 1000);
+        const PixelData<float> truth = reference(scene, camera);
+        const Pinned pinned(sched_getcpu());
         const auto mask = emitter_mask(truth.emission.view());
         const auto error = [&](const PixelData<float>& f) {
             return rel_mse(f.radiance.view(), truth.radiance.view(), mask.view());
@@ -166,6 +169,14 @@ public:
     }
 
 private:
+    /// On all threads: it isn't timed.
+    PixelData<float> reference(const PreparedScene<float>& scene, const Camera& camera) {
+        ThreadExecutor threads;
+        return render(scene, camera, PathIntegrator<>{}, SobolSampler<float>(1000),
+                      {.width = o_.side, .height = o_.side, .end_sample = o_.reference_spp, .planes = FilmPlanes::features},
+                      threads);
+    }
+
     PixelData<float> adaptive(const PreparedScene<float>& scene, const Camera& camera, double target,
                               std::uint32_t seed) {
         Film<float> film;
@@ -230,13 +241,12 @@ int main(int argc, char** argv) try {
     bool help = false;
     line.add("--rounds N", "of which medians are taken (7)",
              [&](const std::string& v) { o.rounds = int(to_integer(v, 1, 1000)); });
-    line.add("--quick", "one round of small images (off)", [&](const std::string&) { o = {1, 64, 8, 2048, o.json}; });
+    line.add("--quick", "one round of small images (off)", [&](const std::string&) { o = {1, 64, 8, 1024, o.json}; });
     line.add("--json", "one object a line", [&](const std::string&) { o.json = true; });
     line.add("--help", "this list", [&](const std::string&) { help = true; });
     if (!line.parse(argc, argv).empty()) throw UsageError("scenes are builtin ones");
     if (help) return line.print_help(), 0;
 
-    const Pinned pinned(sched_getcpu());
     if (!o.json)
         std::printf("%-26s %-26s %10s %10s %10s %10s\n", "scene", "feature", "with skip", "without", "ratio", "equal");
     Bench bench(o);

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs Debian packages that are missing, and nothing when all are there.
-#   sh cmake/install_packages.sh base [tests] [bench] [mpi] [all]
+#   sh cmake/install_packages.sh base [tests] [bench] [mpi] [docs] [all]
 set -eu
 
 # openimageio-tools is not needed: we look for the library itself, not for Debian's CMake package of it.
@@ -10,9 +10,10 @@ packages_of() {
     tests) echo doctest-dev binutils ;;
     bench) echo libbenchmark-dev libembree-dev libtinyobjloader-dev ;;
     mpi) echo libopenmpi-dev openmpi-bin ;;
+    docs) echo doxygen ;;
     all) echo clang libclang-rt-14-dev clang-format pkg-config g++-aarch64-linux-gnu qemu-user ;;
     *)
-        echo "install_packages.sh: no package set '$1'; there are: base tests bench mpi all" >&2
+        echo "install_packages.sh: no package set '$1'; there are: base tests bench mpi docs all" >&2
         exit 2
         ;;
     esac

@@ -1,5 +1,5 @@
 #pragma once
-#include "../report_rows.hpp"
+#include "../report/rows.hpp"
 #include <chrono>
 #include <csignal>
 #include <fcntl.h>
@@ -40,17 +40,18 @@ public:
         to_ = requests[1];
         from_ = answers[0];
         std::signal(SIGPIPE, SIG_IGN);
-        read_answer();
+        try {
+            read_answer();
+        } catch (...) {
+            finish();
+            throw;
+        }
         const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
         first_image_s_ = passed.count();
     }
     Peer(const Peer&) = delete;
     Peer& operator=(const Peer&) = delete;
-    ~Peer() {
-        close(to_); // ends it
-        close(from_);
-        waitpid(process_, nullptr, 0);
-    }
+    ~Peer() { finish(); }
 
     /// Wall clock from its start to the first image, of one sample a pixel.
     double first_image_s() const { return first_image_s_; }
@@ -69,6 +70,11 @@ public:
     }
 
 private:
+    void finish() {
+        close(to_); // ends it
+        close(from_);
+        waitpid(process_, nullptr, 0);
+    }
     Answer read_answer() {
         std::string line;
         for (char c = 0; read(from_, &c, 1) == 1 && c != '\n';) line += c;

@@ -203,7 +203,7 @@ private:
     std::size_t count_ = 0;
 };
 
-using Bvh = BasicBvh<float>;
+using Bvh = BasicBvh<float>; ///< over triangles, in single precision
 
 } // namespace LAMBENT_ABI
 } // namespace lambent

@@ -62,9 +62,9 @@ struct OwnEdges {
 };
 template <class Accept> OwnEdges(Accept) -> OwnEdges<Accept>;
 
-inline constexpr CullBackFaces<> front_faces_only{};
-inline constexpr CullFrontFaces<> back_faces_only{};
-inline constexpr OwnEdges<> own_edges{};
+inline constexpr CullBackFaces<> front_faces_only{}; ///< without a filter of its own
+inline constexpr CullFrontFaces<> back_faces_only{}; ///< without a filter of its own
+inline constexpr OwnEdges<> own_edges{}; ///< without a filter of its own
 
 } // namespace LAMBENT_ABI
 } // namespace lambent

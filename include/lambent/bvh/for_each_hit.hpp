@@ -37,6 +37,7 @@ void for_each_hit(const BasicBvh<T, Leaves>& bvh, const Ray<T>& ray, const Accep
     bvh.occluded(ray, detail::HandOn<T, Accept, std::remove_reference_t<F>>{accept, f, once});
 }
 
+/// The same, of all hits.
 template <class T, class Leaves, class F>
 void for_each_hit(const BasicBvh<T, Leaves>& bvh, const Ray<T>& ray, F&& f) {
     for_each_hit(bvh, ray, AcceptAll{}, f);

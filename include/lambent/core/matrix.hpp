@@ -7,7 +7,7 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 
 template <class T> using Mat4 = glm::mat<4, 4, T>; ///< column-major: m[column][row]
-using Mat4d = Mat4<double>;
+using Mat4d = Mat4<double>; ///< in double precision
 
 } // namespace LAMBENT_ABI
 } // namespace lambent

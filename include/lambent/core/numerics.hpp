@@ -13,8 +13,8 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-template <class T> inline constexpr T pi = T(3.14159265358979323846);
-template <class T> inline constexpr T inv_pi = T(0.31830988618379067154);
+template <class T> inline constexpr T pi = T(3.14159265358979323846); ///< π
+template <class T> inline constexpr T inv_pi = T(0.31830988618379067154); ///< 1 / π
 
 namespace detail {
 template <class T> struct FloatBits;
@@ -63,6 +63,7 @@ constexpr bool is_nan(T x) {
     return (std::bit_cast<typename Bits::Type>(x) & ~Bits::sign) > Bits::exponent;
 }
 
+/// Whether all components are.
 template <class T>
 constexpr bool is_finite(const Vec3<T>& v) {
     return is_finite(v.x) && is_finite(v.y) && is_finite(v.z);
@@ -79,6 +80,7 @@ constexpr T next_up(T x) {
     return std::bit_cast<T>(bits);
 }
 
+/// The next smaller number.
 template <std::floating_point T>
 constexpr T next_down(T x) {
     return -next_up(-x);

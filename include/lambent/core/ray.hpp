@@ -17,8 +17,8 @@ struct Ray {
     T t_max = std::numeric_limits<T>::infinity();
 };
 
-using Rayf = Ray<float>;
-using Rayd = Ray<double>;
+using Rayf = Ray<float>; ///< in single precision
+using Rayd = Ray<double>; ///< in double precision
 
 /// Makes a Ray<T> of the caller's own ray type R, where one is asked for; rays then stay in the caller's arrays.
 ///     const auto as_ray = [](const MyRay& r) { return Rayf{r.from, r.to - r.from, 0, 1}; };
@@ -27,7 +27,7 @@ concept RayProjection = requires(const P& projection, const R& ray) {
     { projection(ray) } -> std::convertible_to<Ray<T>>;
 };
 
-inline constexpr std::uint32_t no_primitive = 0xffffffffu;
+inline constexpr std::uint32_t no_primitive = 0xffffffffu; ///< the primitive of a miss
 
 /// Where a ray met a primitive. A miss is a Hit that converts to false.
 template <class T>

@@ -6,6 +6,7 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
+/// Both of one angle.
 template <std::floating_point T>
 struct SineCosine {
     T sine, cosine;

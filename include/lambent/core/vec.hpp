@@ -12,23 +12,25 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-template <class T> using Vec2 = glm::vec<2, T>;
-template <class T> using Vec3 = glm::vec<3, T>;
-template <class T> using Vec4 = glm::vec<4, T>;
+template <class T> using Vec2 = glm::vec<2, T>; ///< 2 components of type T
+template <class T> using Vec3 = glm::vec<3, T>; ///< 3 components of type T
+template <class T> using Vec4 = glm::vec<4, T>; ///< 4 components of type T
 
-using Vec2f = Vec2<float>;
-using Vec3f = Vec3<float>;
-using Vec4f = Vec4<float>;
-using Vec2d = Vec2<double>;
-using Vec3d = Vec3<double>;
-using Vec4d = Vec4<double>;
-using UVec3 = glm::vec<3, std::uint32_t>;
+using Vec2f = Vec2<float>; ///< 2 components in single precision
+using Vec3f = Vec3<float>; ///< 3 components in single precision
+using Vec4f = Vec4<float>; ///< 4 components in single precision
+using Vec2d = Vec2<double>; ///< 2 components in double precision
+using Vec3d = Vec3<double>; ///< 3 components in double precision
+using Vec4d = Vec4<double>; ///< 4 components in double precision
+using UVec3 = glm::vec<3, std::uint32_t>; ///< such as a triangle's indices
 
+/// The largest component.
 template <class T>
 constexpr T max_component(const Vec3<T>& v) {
     return glm::max(v.x, glm::max(v.y, v.z));
 }
 
+/// The smallest component.
 template <class T>
 constexpr T min_component(const Vec3<T>& v) {
     return glm::min(v.x, glm::min(v.y, v.z));
@@ -47,6 +49,7 @@ constexpr T luminance(const Vec3<T>& rgb) {
     return T(0.2126) * rgb.x + T(0.7152) * rgb.y + T(0.0722) * rgb.z;
 }
 
+/// Whether there is no light at all.
 template <class T>
 constexpr bool is_black(const Vec3<T>& rgb) {
     return rgb.x == 0 && rgb.y == 0 && rgb.z == 0;

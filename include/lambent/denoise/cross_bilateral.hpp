@@ -14,6 +14,7 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
+/// How the filter weighs its window of n x n taps.
 enum class BilateralForm {
     naive_2d,        ///< every pixel weighs its whole window: n² - 1 weights a pixel
     reuse_2d,        ///< the same result, each pair weighed once: (n² - 1) / 2
@@ -27,6 +28,7 @@ enum class SecondPassGuide {
     input,      ///< the image as it came
 };
 
+/// Of cross_bilateral(). Lengths are in pixels.
 struct CrossBilateralOptions {
     int kernel = 65;          ///< taps along a side, odd; 0 = off: the output is the input, bit for bit
     double sigma_spatial = 0; ///< in pixels; 0 = kernel / 6.4

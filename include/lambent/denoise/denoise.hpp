@@ -229,6 +229,7 @@ DenoiseReport denoise(const FrameView<T>& frame, const std::type_identity_t<Pixe
     return report;
 }
 
+/// What denoise() gives of a frame with planes of its own.
 template <class T>
 struct Denoised {
     Plane<T, 3> radiance;

@@ -36,6 +36,7 @@ public:
     using Stop = std::uint8_t;
     static constexpr Stop goes_on = 0xff;
 
+    /// The sums of one block of samples, pixel by pixel.
     struct Block {
         DyadicBlock samples;
         std::vector<T> sums; ///< width · height · channels()

@@ -28,9 +28,11 @@ enum class FilmPlanes : std::uint16_t {
     statistics = features | light_moments | feature_moments | halves ///< what denoisers can use: all planes
 };
 
+/// The planes of both.
 constexpr FilmPlanes operator|(FilmPlanes a, FilmPlanes b) {
     return FilmPlanes(std::uint16_t(std::uint16_t(a) | std::uint16_t(b)));
 }
+/// Adds the planes of b.
 constexpr FilmPlanes& operator|=(FilmPlanes& a, FilmPlanes b) { return a = a | b; }
 /// Whether all of `part` is in `planes`.
 constexpr bool contains(FilmPlanes planes, FilmPlanes part) { return (planes | part) == planes; }

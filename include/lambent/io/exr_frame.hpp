@@ -15,6 +15,7 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
+/// What EXR channels are stored as.
 enum class ExrPrecision : std::uint8_t {
     compact, ///< half where it will do; float32 for positions, distances, variances, counts and large values
     full     ///< float32 throughout

@@ -266,6 +266,7 @@ template <class T = float, class E>
 Scene<T> load_gltf(const std::string& path, const LoadOptions& options, E& executor) {
     return load_gltf_bytes<T>(detail::FileBytes(path).view(), path, options, executor);
 }
+/// The same, images decoded on the calling thread.
 template <class T = float>
 Scene<T> load_gltf(const std::string& path, const LoadOptions& options = {}) {
     SerialExecutor serial;

@@ -362,6 +362,7 @@ template <class T = float, class E>
 Scene<T> load_obj(const std::string& path, const LoadOptions& options, E& executor) {
     return detail::ObjLoader<T>(path, options).load(detail::ObjLines(path), executor);
 }
+/// The same, images decoded on the calling thread.
 template <class T = float>
 Scene<T> load_obj(const std::string& path, const LoadOptions& options = {}) {
     SerialExecutor serial;

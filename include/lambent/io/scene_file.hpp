@@ -17,6 +17,7 @@ Scene<T> load_scene(const std::string& path, const LoadOptions& options, E& exec
     if (extension == "obj") return load_obj<T>(path, options, executor);
     fail(path + ": unknown kind of scene; supported are .gltf, .glb and .obj");
 }
+/// The same, images decoded on the calling thread.
 template <class T = float>
 Scene<T> load_scene(const std::string& path, const LoadOptions& options = {}) {
     SerialExecutor serial;

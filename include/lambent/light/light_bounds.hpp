@@ -13,6 +13,7 @@ inline namespace LAMBENT_ABI {
 /// source  Conty Estevez, Kulla, "Importance sampling of many lights with adaptive tree splitting", HPG 2018
 template <class T>
 struct LightBounds {
+    /// Where it shines.
     enum class Sides : std::uint8_t { front, both }; ///< both: shines the same along minus each normal
     Bounds3<T> box;
     Vec3<T> axis{0, 0, 1};  ///< unit; of the cone of normals

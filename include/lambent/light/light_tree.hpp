@@ -22,6 +22,7 @@ inline namespace LAMBENT_ABI {
 template <class T>
 class LightTree {
 public:
+    /// A light that was chosen.
     struct Sample {
         std::uint32_t index = 0;
         T probability = 0; ///< pmf() of it; 0 where no light can contribute

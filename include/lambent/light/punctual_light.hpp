@@ -11,6 +11,7 @@ inline namespace LAMBENT_ABI {
 /// A light without surface, as in glTF's KHR_lights_punctual: falls off with the squared distance (directional:
 /// not at all), a spot also smoothly between its cones.
 struct PunctualLight {
+    /// As in KHR_lights_punctual.
     enum class Kind : std::uint8_t { point, spot, directional };
     Kind kind = Kind::point;
     Vec3d position{0};         ///< scene coordinates before recentring

@@ -14,6 +14,7 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
+/// When sampling may stop.
 struct AdaptiveOptions {
     double error_target = 0.05;       ///< √rel_mse of the image that is enough; > 0
     std::uint64_t first_samples = 8;  ///< of every pixel, before the first of them may stop; a power of two >= 4

@@ -15,8 +15,8 @@ inline namespace LAMBENT_ABI {
 namespace dimensions {
 inline constexpr std::uint32_t pixel = 0; ///< 2D
 inline constexpr std::uint32_t lens = 1;  ///< 2D
-inline constexpr std::uint32_t first_vertex = 2;
-inline constexpr std::uint32_t per_vertex = 4;
+inline constexpr std::uint32_t first_vertex = 2; ///< its first dimension
+inline constexpr std::uint32_t per_vertex = 4;   ///< dimensions of each
 inline constexpr std::uint32_t light = 0;     ///< 2D, from here on relative to the vertex: which one, and where on it
 inline constexpr std::uint32_t direction = 1; ///< 2D
 inline constexpr std::uint32_t lobe = 2;      ///< 1D

@@ -15,8 +15,10 @@ inline namespace LAMBENT_ABI {
 /// How light is looked for at a vertex: by a ray to a light that was picked, by the bounce that hits one, or
 /// by both, weighted. `light` never sees light on surfaces that no light sample reaches, `bsdf` no punctual light.
 enum class PathStrategy : std::uint8_t { both, light, bsdf };
+/// How two ways of finding one light are weighted against each other: Veach 1997, 9.2.
 enum class MisHeuristic : std::uint8_t { power, balance };
 
+/// How long paths may be.
 struct PathOptions {
     std::uint32_t max_depth = unlimited;  ///< scattering events of a path; 0 = emission only
     std::uint32_t roulette_depth = 4;     ///< scattering events before roulette may end a path; `unlimited` = never

@@ -20,6 +20,7 @@ inline namespace LAMBENT_ABI {
 /// One more than the largest sample index.
 inline constexpr std::uint64_t max_samples = std::uint64_t(1) << 32;
 
+/// What render() samples, and which planes it fills.
 struct RenderOptions {
     int width = 1280, height = 720;
     std::uint64_t first_sample = 0;   ///< sample indices [first_sample, end_sample) of every pixel
@@ -33,6 +34,7 @@ struct RenderOptions {
     ActivePixels active{};            ///< of the window: see FilmPass. Absent = all
 };
 
+/// What a pass of render() took.
 struct RenderResult {
     RayCounts rays;
     bool stopped = false; ///< ended by the caller's wish; the film is without this pass

@@ -14,6 +14,7 @@ inline namespace LAMBENT_ABI {
 /// source  Vose, IEEE Trans. Software Eng. 17:9 (1991)
 class AliasTable {
 public:
+    /// What a draw gives.
     template <class T>
     struct Sample {
         std::uint32_t index; ///< 0 in an empty table

@@ -72,6 +72,7 @@ inline T place_in_cell(std::span<const std::uint32_t> starts, std::uint32_t i, T
 /// u, so that well-spread u stay so.
 class Distribution1D {
 public:
+    /// A point drawn on the line.
     template <class T>
     struct Sample {
         T x;                 ///< in [0, 1), inside the cell
@@ -123,6 +124,7 @@ private:
 /// For an environment map multiply each row by the sine of its centre's polar angle first.
 class Distribution2D {
 public:
+    /// A point drawn in the square.
     template <class T>
     struct Sample {
         Vec2<T> p;           ///< in [0, 1)²: x along a row, y down the rows

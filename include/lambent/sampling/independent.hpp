@@ -11,6 +11,7 @@ class IndependentSampler {
 public:
     explicit IndependentSampler(std::uint32_t seed = 0) : seed_(seed) {}
 
+    /// One sample's numbers: a pure function of pixel, sample, dimension and seed.
     class Stream {
     public:
         using Scalar = T;

@@ -93,6 +93,7 @@ class SobolSampler {
 public:
     explicit SobolSampler(std::uint32_t seed = 0) : seed_(seed) {}
 
+    /// One sample's numbers: a pure function of pixel, sample, dimension and seed.
     class Stream {
     public:
         using Scalar = T;

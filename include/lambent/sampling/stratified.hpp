@@ -65,6 +65,7 @@ private:
     };
 
 public:
+    /// One sample's numbers: a pure function of pixel, sample, dimension and seed.
     class Stream {
     public:
         using Scalar = T;

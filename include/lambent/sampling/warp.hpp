@@ -39,6 +39,7 @@ template <class T>
 inline Vec2<T> square_to_disk(const Vec2<T>& u) {
     return detail::concentric_disk(u).p;
 }
+/// Density of square_to_disk() by area.
 template <class T>
 constexpr T disk_pdf() {
     return inv_pi<T>;
@@ -50,6 +51,7 @@ inline Vec3<T> square_to_cosine_hemisphere(const Vec2<T>& u) {
     const detail::DiskPoint<T> d = detail::concentric_disk(u);
     return {d.p.x, d.p.y, std::sqrt((1 - d.radius) * (1 + d.radius))};
 }
+/// Density of square_to_cosine_hemisphere() by solid angle.
 template <class T>
 constexpr T cosine_hemisphere_pdf(T cos_theta) {
     return cos_theta > 0 ? cos_theta * inv_pi<T> : T(0);
@@ -63,6 +65,7 @@ inline Vec3<T> square_to_uniform_hemisphere(const Vec2<T>& u) {
     const T stretch = std::sqrt(2 - r2);
     return {d.p.x * stretch, d.p.y * stretch, (1 - d.radius) * (1 + d.radius)};
 }
+/// Density of square_to_uniform_hemisphere() by solid angle.
 template <class T>
 constexpr T uniform_hemisphere_pdf() {
     return inv_pi<T> / 2;
@@ -75,6 +78,7 @@ inline Vec3<T> square_to_uniform_sphere(const Vec2<T>& u) {
     const T phi = 2 * pi<T> * u.y;
     return {radius * std::cos(phi), radius * std::sin(phi), 1 - 2 * u.x};
 }
+/// Density of square_to_uniform_sphere() by solid angle.
 template <class T>
 constexpr T uniform_sphere_pdf() {
     return inv_pi<T> / 4;
@@ -108,6 +112,7 @@ template <class T>
 constexpr Vec2<T> square_to_triangle(const Vec2<T>& u) {
     return u.y > u.x ? Vec2<T>(u.x / 2, u.y - u.x / 2) : Vec2<T>(u.x - u.y / 2, u.y / 2);
 }
+/// Density of square_to_triangle() by area.
 template <class T>
 constexpr T triangle_pdf(T area) {
     return 1 / area;

@@ -26,6 +26,7 @@ V interpolate(const std::vector<V>& values, const UVec3& t, T u, T v) {
     return values[t[0]] * (1 - b - c) + values[t[1]] * b + values[t[2]] * c;
 }
 
+/// What the vertices of a triangle hold, at barycentric coordinates (u, v).
 template <class T>
 Attributes attributes_at(const Scene<T>& scene, std::uint32_t triangle, T u, T v) {
     Attributes a;

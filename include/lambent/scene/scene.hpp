@@ -104,7 +104,7 @@ struct Scene {
     }
 };
 
-using Scenef = Scene<float>;
+using Scenef = Scene<float>; ///< in single precision
 
 } // namespace LAMBENT_ABI
 } // namespace lambent

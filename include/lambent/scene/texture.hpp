@@ -18,8 +18,11 @@ inline float linear_to_srgb(float v) {
     return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1.0f / 2.4f) - 0.055f;
 }
 
+/// What lies beyond [0, 1]: the texture again, mirrored each time, or its edge.
 enum class Wrap : std::uint8_t { repeat, mirror, clamp };
+/// How a texture is looked up between texels.
 enum class TextureFilter : std::uint8_t { bilinear, nearest };
+/// What texels hold: sRGB is decoded before interpolation, alpha never.
 enum class ColorSpace : std::uint8_t { srgb, linear };
 
 /// An 8-bit RGBA image. Row 0 is the top.
@@ -29,6 +32,7 @@ struct Image {
     std::string name;               ///< where it came from, for messages
 };
 
+/// The image of a texture that has none.
 inline constexpr std::int32_t no_image = -1;
 
 /// How a material looks an image up: with which of the scene's texture coordinates, changed how, and what its bytes

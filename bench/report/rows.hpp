@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -69,31 +70,21 @@ inline std::vector<Row> read_rows(const std::filesystem::path& path) {
     return rows;
 }
 
-/// Google Benchmark's file has one member a line: a name, and later its time in ns.
+/// Google Benchmark's file has one member a line: a name, perhaps that it found an error, and later its time in ns.
 inline std::vector<Row> read_micro(const std::filesystem::path& path) {
     std::ifstream in(path);
     std::vector<Row> rows;
-    std::string name;
+    std::string name, wrong;
     for (std::string line; std::getline(in, line);) {
         const std::size_t colon = line.find("\": ");
         if (colon == std::string::npos) continue;
         std::string value = line.substr(colon + 3);
         while (!value.empty() && (value.back() == ',' || value.back() == '"')) value.pop_back();
-        if (line.find("\"name\"") < colon) name = value.substr(1);
-        if (line.find("\"cpu_time\"") < colon) rows.push_back({{"function", name}, {"ns", value}});
+        if (line.find("\"name\"") < colon) name = value.substr(1), wrong = "false";
+        if (line.find("\"error_occurred\"") < colon) wrong = value;
+        if (line.find("\"cpu_time\"") < colon) rows.push_back({{"function", name}, {"ns", value}, {"wrong", wrong}});
     }
     return rows;
-}
-
-inline std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char c : text)
-        out += c == '<'   ? "&lt;"
-               : c == '>' ? "&gt;"
-               : c == '&' ? "&amp;"
-               : c == '"' ? "&quot;"
-                          : std::string(1, c);
-    return out;
 }
 
 /// Distinct values of a member, in the order in which they appear.
@@ -105,13 +96,25 @@ inline std::vector<std::string> values(const std::vector<Row>& rows, const std::
     return found;
 }
 
-/// Four digits; text as it is.
-inline std::string shown(const std::string& value) {
-    char* end = nullptr;
-    const double x = std::strtod(value.c_str(), &end);
-    if (value.empty() || *end != '\0' || value.find_first_of(".e") == std::string::npos)
-        return escaped(value);
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.4g", x);
-    return digits;
+/// Those whose member has the value.
+inline std::vector<Row> where(const std::vector<Row>& rows, const std::string& key, const std::string& value) {
+    std::vector<Row> found;
+    std::copy_if(rows.begin(), rows.end(), std::back_inserter(found),
+                 [&](const Row& row) { return get(row, key) == value; });
+    return found;
+}
+
+/// Those that have the member.
+inline std::vector<Row> with(const std::vector<Row>& rows, const std::string& key) {
+    std::vector<Row> found;
+    std::copy_if(rows.begin(), rows.end(), std::back_inserter(found),
+                 [&](const Row& row) { return !get(row, key).empty(); });
+    return found;
+}
+
+/// Whether the benchmark's check of its own answer failed or a budget was missed, in the words that benchmarks have for it.
+inline bool failed(const Row& row) {
+    const std::string wrong = get(row, "wrong");
+    return wrong == "true" || std::strtod(wrong.c_str(), nullptr) > 0 || get(row, "equal") == "0" ||
+           get(row, "right") == "false" || get(row, "within") == "false";
 }
