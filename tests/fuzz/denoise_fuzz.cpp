@@ -22,7 +22,8 @@ constexpr std::array channels{
     "ViewLayer.Denoising Albedo.R", "ViewLayer.Denoising Albedo.G", "ViewLayer.Denoising Albedo.B",
     "ViewLayer.Denoising Normal.X", "ViewLayer.Denoising Normal.Y", "ViewLayer.Denoising Normal.Z",
     "ViewLayer.Depth.Z", "ViewLayer.Debug Sample Count.X", "aov.sh_normal.X", "aov.sh_normal.Y", "aov.sh_normal.Z",
-    "position.X", "position.Y", "position.Z", "Albedo.R", "Albedo.G", "Albedo.B", "Ns.X", "Ns.Y", "Ns.Z"};
+    "position.X", "position.Y", "position.Z", "Albedo.R", "Albedo.G", "Albedo.B", "Ns.X", "Ns.Y", "Ns.Z",
+    "Variance.R", "Variance.G", "Variance.B", "RelativeVariance.R"};
 
 /// The data as numbers, over and over; 0 where there is none.
 class Numbers {
