@@ -288,7 +288,7 @@ void measure(const Options& o, const Subject& s, std::optional<Oidn>& oidn, Resu
     const auto picture = [&](const std::string& name, const float* rgb) {
         if (o.pictures.empty()) return;
         fs::create_directories(o.pictures);
-        write_preview((o.pictures / (s.name + ("_" + name) + ".png")).string(), rgb_view(rgb, o.width, o.height),
+        write_preview((o.pictures / (s.name + ("_" + name) + ".png")).string(), {rgb_view(rgb, o.width, o.height)},
                       std::log2(reference.scale));
     };
     picture("reference", reference.mean.values().data());

@@ -272,10 +272,10 @@ bool measure(const Options& o, const std::string& name, ThreadExecutor& threads)
             Result& r = results[method];
             r.seconds.push_back(seconds);
             const auto own = own_references.find(method);
-            const auto truth = own == own_references.end() ? reference.view()
-                                                           : rgb_view(own->second.data(), s.width, s.height);
-            r.rel_mse += rel_mse(image, truth, s.mask.view()) / o.rounds;
-            r.mse += mse(image, truth, s.mask.view()) / o.rounds;
+            const auto converged = own == own_references.end() ? reference.view()
+                                                               : rgb_view(own->second.data(), s.width, s.height);
+            r.rel_mse += rel_mse(image, converged, s.mask.view()) / o.rounds;
+            r.mse += mse(image, converged, s.mask.view()) / o.rounds;
             const std::array<double, 2> m = means(s, image);
             for (std::size_t half = 0; half < 2; ++half) r.means[half] += m[half] / o.rounds;
         };

@@ -140,7 +140,7 @@ private:
     void picture(const Subject& s, const std::string& what, int spp, const Image& image) const {
         if (o_.pictures.empty()) return;
         const std::string file = s.name + "_" + what + "_" + std::to_string(spp) + ".png";
-        write_preview((std::filesystem::path(o_.pictures) / file).string(), image.view(), 0);
+        write_preview((std::filesystem::path(o_.pictures) / file).string(), {image.view()}, 0);
     }
     /// Prints a row; gives the relative error.
     double row(const char* experiment, const Subject& s, const std::string& what, int spp,

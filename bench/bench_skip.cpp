@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cmath>
+#include <lambent/core/parallel.hpp>
 #include <lambent/film/metrics.hpp>
 #include <lambent/render/adaptive.hpp>
 #include <lambent/render/path.hpp>

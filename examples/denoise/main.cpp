@@ -129,7 +129,7 @@ int run(const Options& o) {
 
     ThreadExecutor threads(o.threads);
     const Stopwatch denoise_watch;
-    const Denoised<float> denoised = denoise(frame, o.image.denoise_options(), threads);
+    const Denoised<float> denoised = denoise_frame(frame, o.image.denoise_options(), threads);
     times.denoise_s = denoise_watch.seconds();
 
     const Stopwatch write_watch;

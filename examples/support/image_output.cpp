@@ -161,6 +161,10 @@ void take_settings(ImageSettings& settings, const std::map<std::string, std::str
     }
 }
 
+Denoised<float> denoise_frame(const PixelData<float>& frame, const DenoiseOptions& options, ThreadExecutor& threads) {
+    return denoise(frame, options, threads);
+}
+
 ImageReport write_image(const FilmState<float>& state, const ImageSettings& settings, const ImageFiles& files,
                         ThreadExecutor& threads) {
     const FilmPlanes wanted = settings.layers ? planes_of_layers(settings) : FilmPlanes::radiance;
@@ -175,7 +179,7 @@ ImageReport write_image(const FilmState<float>& state, const ImageSettings& sett
     Denoised<float> denoised;
     if (settings.denoises()) {
         const Stopwatch watch;
-        denoised = denoise(frame, settings.denoise_options(), threads);
+        denoised = denoise_frame(frame, settings.denoise_options(), threads);
         report.spikes = denoised.report.spikes;
         report.denoise_s = watch.seconds();
     }
