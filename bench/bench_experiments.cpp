@@ -21,6 +21,7 @@
 #include <lambent/render/render.hpp>
 #include <lambent/sampling/sobol.hpp>
 #include <lambent/scene/builtin.hpp>
+#include <lambent/scene/missing.hpp>
 #include <limits>
 #include <map>
 #include <memory>

@@ -8,9 +8,8 @@
 #include <lambent/render/path.hpp>
 #include <lambent/render/render.hpp>
 #include <lambent/sampling/sobol.hpp>
+#include <lambent/scene/missing.hpp>
 // readme: end
-#include <lambent/scene/builtin.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -21,11 +20,9 @@ namespace {
 void gltf_to_exr(const char* in, const char* out, std::uint64_t samples) {
     lambent::ThreadExecutor threads;
     lambent::Scene<float> scene = lambent::load_gltf(in);
+    lambent::add_missing_light(scene); // a sky and a camera, where the file has none
+    lambent::add_missing_camera(scene);
     // readme: end
-    const auto emissive = [](const lambent::Material& m) { return m.emissive(); };
-    if (scene.punctual_lights.empty() && std::none_of(scene.materials.begin(), scene.materials.end(), emissive))
-        scene.environment = lambent::soft_sky();
-    if (scene.cameras.empty()) scene.cameras.push_back(lambent::framing_camera(scene.bounds(), 640.0 / 360));
     for (const std::string& note : scene.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
     // readme: begin
     const lambent::PreparedScene<float> prepared(scene, threads);

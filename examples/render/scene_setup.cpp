@@ -4,6 +4,7 @@
 #include <lambent/io/environment.hpp>
 #include <lambent/io/scene_file.hpp>
 #include <lambent/scene/builtin.hpp>
+#include <lambent/scene/missing.hpp>
 #include <algorithm>
 
 using namespace lambent;
@@ -32,15 +33,6 @@ Scene<float> load_named_scene(const Options& o, ThreadExecutor& threads) {
     return load_scene<float>(name, o.load, threads);
 }
 
-namespace {
-
-bool has_light(const Scene<float>& scene) {
-    return !scene.environment.black() || !scene.punctual_lights.empty() ||
-           std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return m.emissive(); });
-}
-
-} // namespace
-
 Scene<float> make_scene(const Options& o, ThreadExecutor& threads) {
     Scene<float> scene = load_named_scene(o, threads);
     scene.compensated = o.compensated;
@@ -54,10 +46,7 @@ Scene<float> make_scene(const Options& o, ThreadExecutor& threads) {
         scene.spheres.push_back({Vec3f(light.center - scene.origin), float(light.radius),
                                  std::uint32_t(scene.materials.size() - 1)});
     }
-    if (!has_light(scene)) {
-        scene.environment = soft_sky();
-        scene.notes.push_back("no light in the scene: lit by a soft sky of radiance 0.2 to 1");
-    }
+    add_missing_light(scene);
     return scene;
 }
 

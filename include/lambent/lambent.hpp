@@ -113,6 +113,7 @@
 #include <lambent/scene/camera.hpp>
 #include <lambent/scene/fingerprint.hpp>
 #include <lambent/scene/material.hpp>
+#include <lambent/scene/missing.hpp>
 #include <lambent/scene/prepared_scene.hpp>
 #include <lambent/scene/render_scene.hpp>
 #include <lambent/scene/scene.hpp>

@@ -3,6 +3,7 @@
 #include <lambent/io/exr.hpp>
 #include <lambent/io/scene_file.hpp>
 #include <lambent/sampling/independent.hpp>
+#include <lambent/scene/missing.hpp>
 #include <render/transport.hpp>
 #include <support/skip.hpp>
 #include <doctest/doctest.h>

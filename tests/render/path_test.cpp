@@ -2,6 +2,7 @@
 #include <lambent/render/render.hpp>
 #include <lambent/sampling/independent.hpp>
 #include <lambent/sampling/stratified.hpp>
+#include <lambent/scene/missing.hpp>
 #include <render/transport.hpp>
 #include <doctest/doctest.h>
 #include <algorithm>

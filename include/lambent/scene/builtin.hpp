@@ -153,21 +153,5 @@ Scene<T> door_scene() {
     return scene;
 }
 
-/// Daylight without a sun, for scenes that bring no light: bluish above, white at the horizon, a dim ground
-/// below, so that even a white scene shows its shapes. Radiance 0.2 to 1.
-inline Environment soft_sky() {
-    Environment sky;
-    sky.scale = Vec3f(1);
-    sky.width = 1;
-    sky.height = 64;
-    const Vec3f zenith(0.45f, 0.65f, 1.0f), horizon(1.0f), ground(0.22f, 0.21f, 0.2f);
-    for (int row = 0; row < sky.height; ++row) {
-        const float y = std::cos((float(row) + 0.5f) / float(sky.height) * pi<float>); // of the direction
-        const float below = std::clamp(-10 * y, 0.0f, 1.0f);
-        sky.map.push_back(y > 0 ? mix(horizon, zenith, std::sqrt(y)) : mix(horizon, ground, below));
-    }
-    return sky;
-}
-
 } // namespace LAMBENT_ABI
 } // namespace lambent
