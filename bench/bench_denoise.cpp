@@ -7,6 +7,7 @@
 #include "output.hpp"
 #include "peers/peer.hpp"
 #include "process.hpp"
+#include "renderer.hpp"
 #include "timing.hpp"
 #include <algorithm>
 #include <cmath>
@@ -19,9 +20,7 @@
 #include <lambent/io/environment.hpp>
 #include <lambent/io/film_file.hpp>
 #include <lambent/io/scene_file.hpp>
-#include <lambent/render/path.hpp>
 #include <lambent/render/render.hpp>
-#include <lambent/sampling/sobol.hpp>
 #include <map>
 #include <memory>
 #include <optional>
@@ -111,8 +110,7 @@ public:
         const int width = options_.width, height = options_.height;
         const RenderOptions options{.width = width, .height = height, .end_sample = spp, .planes = planes};
         FilmState<float> state{{}, width, height, {0, 0, width, height}, camera_, scene_.origin, {}, {}};
-        lambent::render(state.film, *prepared_, camera_, PathIntegrator<>{}, SobolSampler<float>(seed), options,
-                        threads_, [] { return true; });
+        trace_paths(state.film, *prepared_, camera_, seed, options, threads_);
         return state;
     }
 
@@ -134,7 +132,7 @@ private:
         scene_ = subject_.build != nullptr ? subject_.build() : load_scene<float>((folder / subject_.file).string());
         if (*subject_.sky != '\0') scene_.environment = read_environment((folder / subject_.sky).string());
         camera_ = subject_.camera ? *subject_.camera : scene_.cameras.at(0);
-        prepared_ = std::make_unique<PreparedScene<float>>(scene_, threads_);
+        prepared_ = prepare(scene_, threads_);
     }
 
     const Subject& subject_;
@@ -272,7 +270,7 @@ Answer run(const std::string& method, const PixelData<float>& frame, std::option
     }
     ThreadExecutor one(1);
     const double start = cpu_seconds();
-    Denoised<float> clean = denoise(frame, denoise_options(method), one);
+    Denoised<float> clean = denoise_frame(frame, denoise_options(method), one);
     return {std::move(clean.radiance.values()), std::move(clean.error.values()), cpu_seconds() - start};
 }
 

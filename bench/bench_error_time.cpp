@@ -7,6 +7,7 @@
 #include "peers/export.hpp"
 #include "peers/peer.hpp"
 #include "process.hpp"
+#include "renderer.hpp"
 #include "timing.hpp"
 #include <algorithm>
 #include <cstdio>
@@ -95,7 +96,7 @@ PixelData<float> trace(const Subject& s, const PreparedScene<float>& prepared, c
     if (estimator == "stratified")
         return go(PathIntegrator<>{}, StratifiedSampler<float>(seed, std::uint32_t(spp)));
     if (estimator == "independent") return go(PathIntegrator<>{}, IndependentSampler<float>(seed));
-    return go(PathIntegrator<>{}, SobolSampler<float>(seed));
+    return trace_paths(prepared, s.camera, seed, options, threads);
 }
 
 /// A builtin scene, or one with its converged image NAME_128.exr and its sky beside it.
@@ -195,7 +196,8 @@ int last_processor() {
 /// Measures one scene and prints its rows. Returns whether everyone's image is the reference's in the mean.
 bool measure(const Options& o, const std::string& name, ThreadExecutor& threads) {
     Subject s = make_subject(o, name);
-    const PreparedScene<float> prepared(s.scene, threads);
+    const auto scene = prepare(s.scene, threads);
+    const PreparedScene<float>& prepared = *scene;
     const std::uint64_t most = *std::max_element(o.spp.begin(), o.spp.end());
     if (s.reference.view().absent()) { // our own: 16 times the samples, and other ones
         std::fprintf(stderr, "%s: renders a reference with %llu samples a pixel\n", s.name.c_str(),
@@ -295,7 +297,7 @@ bool measure(const Options& o, const std::string& name, ThreadExecutor& threads)
                         continue;
                     }
                     const double filter_start = cpu_seconds();
-                    const auto clean = denoise(frame, denoise_options(m.denoiser), threads);
+                    const auto clean = denoise_frame(frame, denoise_options(m.denoiser), threads);
                     take(m.name, clean.radiance.view(), render_s + cpu_seconds() - filter_start);
                 }
             }

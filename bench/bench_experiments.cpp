@@ -9,6 +9,7 @@
 //   K4          pixels far above the reference at 10 and 100 spp
 #include "../examples/support/command_line.hpp"
 #include "../examples/support/preview.hpp"
+#include "renderer.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -17,9 +18,7 @@
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/film/metrics.hpp>
 #include <lambent/io/scene_file.hpp>
-#include <lambent/render/path.hpp>
 #include <lambent/render/render.hpp>
-#include <lambent/sampling/sobol.hpp>
 #include <lambent/scene/builtin.hpp>
 #include <lambent/scene/missing.hpp>
 #include <limits>
@@ -44,7 +43,7 @@ class Subject {
 public:
     Subject(std::string title, Scene<float> scene, const Camera& camera, int width, int height,
             int reference_spp)
-        : name(std::move(title)), scene_(std::move(scene)), prepared_(scene_, threads), camera_(camera),
+        : name(std::move(title)), scene_(std::move(scene)), prepared_(prepare(scene_, threads)), camera_(camera),
           width_(width), height_(height) {
         const PixelData<float> frame = trace(reference_spp, 1000);
         reference = frame.radiance;
@@ -52,9 +51,8 @@ public:
     }
 
     PixelData<float> trace(int spp, std::uint32_t seed = 1) {
-        return render(prepared_, camera_, PathIntegrator<>{}, SobolSampler<float>(seed),
-                      RenderOptions{.width = width_, .height = height_, .end_sample = std::uint64_t(spp)},
-                      threads);
+        return trace_paths(*prepared_, camera_, seed,
+                           RenderOptions{.width = width_, .height = height_, .end_sample = std::uint64_t(spp)}, threads);
     }
     double rel_mse(const Image& image) const {
         return lambent::rel_mse(image.view(), reference.view(), mask.view());
@@ -76,7 +74,7 @@ public:
 
 private:
     Scene<float> scene_;
-    PreparedScene<float> prepared_;
+    std::unique_ptr<PreparedScene<float>> prepared_;
     Camera camera_;
     int width_, height_;
 };
@@ -136,7 +134,7 @@ private:
     }
 
     Image clean(Subject& s, const PixelData<float>& frame, const DenoiseOptions& options) {
-        return denoise(frame, options, s.threads).radiance;
+        return denoise_frame(frame, options, s.threads).radiance;
     }
     void picture(const Subject& s, const std::string& what, int spp, const Image& image) const {
         if (o_.pictures.empty()) return;

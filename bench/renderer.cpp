@@ -1,0 +1,23 @@
+#include "renderer.hpp"
+#include <lambent/render/path.hpp>
+#include <lambent/sampling/sobol.hpp>
+
+using namespace lambent;
+
+std::unique_ptr<PreparedScene<float>> prepare(const Scene<float>& scene, ThreadExecutor& threads) {
+    return std::make_unique<PreparedScene<float>>(scene, threads);
+}
+
+void trace_paths(Film<float>& film, const PreparedScene<float>& scene, const Camera& camera, std::uint32_t seed,
+                 const RenderOptions& options, ThreadExecutor& threads) {
+    render(film, scene, camera, PathIntegrator<>{}, SobolSampler<float>(seed), options, threads, [] { return true; });
+}
+
+PixelData<float> trace_paths(const PreparedScene<float>& scene, const Camera& camera, std::uint32_t seed,
+                             const RenderOptions& options, ThreadExecutor& threads) {
+    return render(scene, camera, PathIntegrator<>{}, SobolSampler<float>(seed), options, threads);
+}
+
+Denoised<float> denoise_frame(const PixelData<float>& frame, const DenoiseOptions& options, ThreadExecutor& threads) {
+    return denoise(frame, options, threads);
+}
