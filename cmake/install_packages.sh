@@ -11,7 +11,7 @@ packages_of() {
     bench) echo libbenchmark-dev libembree-dev libtinyobjloader-dev ;;
     mpi) echo libopenmpi-dev openmpi-bin ;;
     docs) echo doxygen ;;
-    all) echo clang libclang-rt-14-dev clang-format pkg-config g++-aarch64-linux-gnu qemu-user ;;
+    all) echo clang clang-16 libclang-rt-14-dev clang-format pkg-config g++-aarch64-linux-gnu qemu-user ;;
     *)
         echo "install_packages.sh: no package set '$1'; there are: base tests bench mpi docs all" >&2
         exit 2

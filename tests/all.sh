@@ -4,7 +4,7 @@
 # Each builds in build/all/<configuration>. Prints a line for each, and last "N passed, N failed" of all.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
-every="dev clang asan tsan clang-asan sse2 avx2 no-contract fast-math no-oiio aarch64"
+every="compilers dev clang asan tsan clang-asan sse2 avx2 no-contract fast-math no-oiio aarch64"
 [ $# -gt 0 ] || set -- $every
 sh "$root/cmake/install_packages.sh" base tests bench mpi all
 cd "$root"
@@ -30,6 +30,24 @@ suite() {
     cat "$build.count"
     printf '%-12s %s\n' "$name" "$(tail -n 1 "$build.count")" >>"$results"
 }
+# Rays, film and denoising by every compiler that is here, as C++20 and C++23, without exceptions and run-time types.
+compilers() {
+    echo "== compilers"
+    passed=0 failed=0
+    for compiler in g++ clang++ clang++-16; do
+        command -v "$compiler" >/dev/null || continue
+        for level in 20 2b; do
+            if "$compiler" -std=c++$level -O1 -fno-exceptions -fno-rtti -Wall -Wextra -Wpedantic -Wshadow -Wconversion \
+                -Wsign-conversion -Wno-psabi -Werror -Iinclude tests/consumer/parts.cpp -o "$all/parts" && "$all/parts"; then
+                passed=$((passed + 1))
+            else
+                failed=$((failed + 1))
+                echo "FAILED: $compiler -std=c++$level"
+            fi
+        done
+    done
+    printf '%-12s %s\n' compilers "$passed passed, $failed failed" | tee -a "$results"
+}
 release=-DCMAKE_BUILD_TYPE=Release
 debug=-DCMAKE_BUILD_TYPE=RelWithDebInfo
 native=-DLAMBENT_NATIVE=ON
@@ -41,6 +59,7 @@ programs='^(core|sampling|bvh|film|denoise|material|light|scene|render|fast_math
 
 configuration() {
     case $1 in
+    compilers) compilers ;;
     dev) suite dev . $debug $native $strict ;;
     clang) suite clang . $release $native $strict -DCMAKE_CXX_COMPILER=clang++ ;;
     asan) suite asan "$programs" $debug $native $no_bench "-DCMAKE_CXX_FLAGS=$address" ;;

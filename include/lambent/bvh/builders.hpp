@@ -8,11 +8,8 @@
 #include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <string>
 #include <vector>

@@ -11,7 +11,6 @@
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/executor.hpp>
 #include <lambent/core/ray.hpp>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>

@@ -1,7 +1,6 @@
 #pragma once
 #include <lambent/bvh/bvh.hpp>
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>

@@ -3,7 +3,6 @@
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/memory.hpp>
 #include <algorithm>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <limits>

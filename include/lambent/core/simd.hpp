@@ -3,13 +3,11 @@
 #include <lambent/core/numerics.hpp>
 #include <bit>
 #include <cmath>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <limits>
 #include <type_traits>
-#include <utility>
 #if defined(__AVX__)
 #include <immintrin.h> // with AVX-512, five times what <vector> takes to compile
 #elif defined(__SSE4_1__)

@@ -2,7 +2,6 @@
 #include <lambent/core/simd.hpp>
 #include <array>
 #include <cstdint>
-#include <utility>
 
 /// Lanes in order of their values or numbers, and a table's entries in that order: how rays visit a node's children.
 // See simd.hpp.

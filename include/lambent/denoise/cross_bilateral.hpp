@@ -8,7 +8,6 @@
 #include <lambent/film/pixel_data.hpp>
 #include <lambent/film/region.hpp>
 #include <limits>
-#include <optional>
 #include <string>
 
 namespace lambent {

@@ -2,7 +2,6 @@
 #include <lambent/core/error.hpp>
 #include <lambent/denoise/feature.hpp>
 #include <cmath>
-#include <limits>
 #include <string>
 
 /// The features of the cross-bilateral filter. Each keeps a view of the caller's plane, which may be absent;

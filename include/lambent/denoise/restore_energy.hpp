@@ -3,7 +3,6 @@
 #include <lambent/film/pixel_data.hpp>
 #include <algorithm>
 #include <concepts>
-#include <initializer_list>
 #include <vector>
 
 namespace lambent {

@@ -1,7 +1,6 @@
 #pragma once
 #include <lambent/core/vec.hpp>
 #include <lambent/io/polygon_sweep.hpp>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>

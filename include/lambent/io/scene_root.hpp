@@ -2,7 +2,6 @@
 #include <lambent/core/error.hpp>
 #include <lambent/io/file.hpp>
 #include <lambent/io/load_options.hpp>
-#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <string>

@@ -1,7 +1,6 @@
 #pragma once
 #include <lambent/core/vec.hpp>
 #include <cstdint>
-#include <limits>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {

@@ -3,7 +3,6 @@
 #include <lambent/light/light_bounds.hpp>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>

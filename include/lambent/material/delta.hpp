@@ -1,5 +1,4 @@
 #pragma once
-#include <cmath>
 #include <lambent/core/vec.hpp>
 #include <lambent/material/bsdf.hpp>
 #include <lambent/material/fresnel.hpp>

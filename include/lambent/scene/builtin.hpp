@@ -2,7 +2,6 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/scene/scene.hpp>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>

@@ -11,11 +11,8 @@
 #include <lambent/scene/scene_lights.hpp>
 #include <lambent/scene/surface.hpp>
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstdint>
-#include <span>
-#include <vector>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {

@@ -9,7 +9,6 @@
 #include <lambent/scene/attributes.hpp>
 #include <lambent/scene/scene.hpp>
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
