@@ -114,6 +114,18 @@ TEST_CASE("what is not finite neither counts nor spreads in the clamp") {
     CHECK_THROWS_AS(despike<float>(image.view(), Plane<float, 3>(16, 15).view(), 3, serial), Error);
 }
 
+TEST_CASE("light that sums cannot hold is repaired as what is not finite is; 10^30 is not") {
+    constexpr float largest = std::numeric_limits<float>::max();
+    Plane<float, 3> image(4, 3, 1.0f);
+    image.view().store(0, 0, Vec3f(1, -largest, -largest)); // what the fuzzer found
+    image.view().store(3, 2, Vec3f(largest, 1, 1));
+    image.view().store(3, 0, Vec3f(1e30f));
+    CHECK(repair_non_finite(image.view()) == 2);
+    CHECK(image.load(0, 0) == Vec3f(1));
+    CHECK(image.load(3, 2) == Vec3f(1));
+    CHECK(image.load(3, 0) == Vec3f(1e30f));
+}
+
 TEST_CASE("repair takes the mean of the nearest finite neighbours, and 0 where none is in reach") {
     Plane<float, 3> image(5, 5);
     for (int i = 0; i < 25; ++i) image.view().store(i % 5, i / 5, Vec3f(float(i)));

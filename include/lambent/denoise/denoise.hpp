@@ -169,8 +169,8 @@ void atrous_of_illumination(const FrameView<T>& frame, const PixelView<T, 3>& no
 /// illumination → remodulate. Emission that is seen directly is not filtered. Only radiance has to be there; each
 /// further plane keeps edges sharp. `out` may be the very view of the frame's radiance. `error`, where there is one,
 /// gets denoised_error() where the frame's statistics are used, and else stays as it is: the report says so.
-/// nan     a pixel that is not finite takes its neighbours' value and gives nothing; what lies further away than
-///         the kernel is wide is the same to the bit
+/// nan     a pixel that is not finite, or beyond 1e30 in float (is_summable()), takes its neighbours' value and gives
+///         nothing; what lies further away than the kernel is wide is the same to the bit
 /// threads the same bits for any executor
 /// throws  lambent::Error on a bad option, absent radiance or unequal sizes, before anything is written
 /// cost    three filters of `form`, two of them half as wide and at most 17 taps; absolute units: one filter

@@ -122,7 +122,8 @@ struct PixelData {
 inline constexpr double albedo_floor = 1e-3;
 
 namespace detail {
-/// radiance = illumination · modulation + emission. What is absent, or not finite, changes nothing: 1 and 0.
+/// radiance = illumination · modulation + emission. What is absent, not finite, or no albedo at all (1e4 and above)
+/// changes nothing: 1 and 0.
 template <class T>
 Vec3<T> modulation(const FrameView<T>& frame, int x, int y) {
     if (frame.albedo.absent()) return Vec3<T>(1);
