@@ -1,5 +1,6 @@
 #include "facts.hpp"
 #include <algorithm>
+#include <lambent/scene/features.hpp>
 
 using namespace lambent;
 
@@ -8,12 +9,6 @@ namespace {
 template <class Is>
 bool any_material(const Scene<float>& scene, Is&& is) {
     return std::any_of(scene.materials.begin(), scene.materials.end(), is);
-}
-bool any_alpha(const Scene<float>& scene) {
-    return any_material(scene, [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
-}
-bool any_glossy(const Scene<float>& scene) {
-    return any_material(scene, [](const Material& m) { return !m.diffuse(); });
 }
 bool any_normal_map(const Scene<float>& scene) {
     return any_material(scene, [](const Material& m) { return bool(m.normal_texture); });
@@ -35,9 +30,10 @@ std::vector<std::string> facts_of(const Scene<float>& scene) {
     add(!scene.colors.empty(), "vertex_colors");
     add(!scene.images.empty(), "textures");
     add(any_normal_map(scene), "normal_maps");
-    add(any_alpha(scene), "alpha");
-    add(any_glossy(scene), "specular");
-    add(any_glossy(scene) && scene.compensated, "compensation");
+    const SceneFeatures has = features_of(scene);
+    add(has.alpha, "alpha");
+    add(has.specular, "specular");
+    add(has.specular && scene.compensated, "compensation");
     add(any_material(scene, [](const Material& m) { return m.transmission > 0; }), "transmission");
     add(any_emissive(scene), "emissive_surfaces");
     add(any_material(scene, [](const Material& m) { return bool(m.emission_texture); }), "emissive_textures");
@@ -47,6 +43,11 @@ std::vector<std::string> facts_of(const Scene<float>& scene) {
     return facts;
 }
 
+bool is_specialised(const Options& o, const Scene<float>& scene) {
+    return o.integrator == IntegratorKind::path && o.strategy == PathStrategy::both && o.mis == MisHeuristic::power &&
+           no_feature.hold(features_of(scene));
+}
+
 std::vector<std::string> skipped_by(const Options& o, const Scene<float>& scene) {
     std::vector<std::string> skipped;
     const auto add = [&](bool left_out, const char* name) {
@@ -54,9 +55,11 @@ std::vector<std::string> skipped_by(const Options& o, const Scene<float>& scene)
     };
     add(scene.images.empty(), "textures");
     add(!any_normal_map(scene), "normal_maps");
-    add(!any_alpha(scene), "alpha");
+    const SceneFeatures has = features_of(scene);
+    add(!has.alpha, "alpha");
     if (o.integrator != IntegratorKind::path) return skipped;
-    add(!any_glossy(scene), "standard_bsdf");
+    add(is_specialised(o, scene), "general_code");
+    add(!has.specular, "standard_bsdf");
     // Where a bounce may find it too, an environment of one colour is not aimed at.
     const bool aims = any_emissive(scene) || !scene.punctual_lights.empty() || !scene.environment.map.empty() ||
                       (o.strategy == PathStrategy::light && !scene.environment.black());

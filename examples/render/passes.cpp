@@ -88,6 +88,7 @@ void Passes::render_block(const DyadicBlock& block) {
     const RenderResult result =
         tracer_of(o_.sampler)(state_.film, job_.prepared, state_.camera, o_, options_, job_.threads, keep_going);
     rays += result.rays;
+    background_samples += result.skipped;
     rendering_s += watch.seconds();
     finished = !result.stopped;
     if (!finished) return;

@@ -16,6 +16,7 @@ public:
     void run(const std::vector<lambent::SampleRange>& ranges);
 
     lambent::RayCounts rays;
+    std::uint64_t background_samples = 0; ///< that were not traced
     double rendering_s = 0;
     double saving_s = 0;  ///< checkpoints
     bool finished = true; ///< neither out of time nor interrupted

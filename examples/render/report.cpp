@@ -30,6 +30,7 @@ const std::map<std::string, std::string>& reasons() {
         {"normal_maps", "no material has one"},
         {"standard_bsdf", "all materials are diffuse: vertices are Lambert's"},
         {"alpha", "no material is masked or blended: rays ask no surface whether it is there"},
+        {"general_code", "the scene is plain: its loop has no code for textures, alpha, spheres, other materials"},
         {"light_sampling", "there is nothing to aim at, or it was not asked for: no shadow rays"},
         {"mis", "light is looked for in one way: no second density"}};
     return all;
@@ -79,6 +80,9 @@ void print_explanation(const RunReport& r) {
         std::printf("skipped          %-16s %s\n", what.c_str(), reasons().at(what).c_str());
     std::printf("planes           %s; those left out save %.3f of %.3f MiB a block of samples\n",
                 describe(r.planes).c_str(), r.planes_saved_mib, r.planes_all_mib);
+    if (r.background_samples > 0)
+        std::printf("background       %.1f %% of this run's samples were not traced: their tiles see one colour alone\n",
+                    100 * double(r.background_samples) / double(std::max<std::uint64_t>(1, r.samples)));
     if (r.error_target > 0)
         std::printf("stopped          %.1f %% of the pixels, which saves %.1f %% of %llu samples a pixel everywhere\n",
                     100 * r.stopped, 100 * (1 - r.mean_spp / double(r.spp)), static_cast<unsigned long long>(r.spp));
@@ -108,6 +112,7 @@ void write_stats(const std::string& path, const RunReport& r) {
     count("rays", r.rays.closest + r.rays.shadow);
     count("closest_rays", r.rays.closest);
     count("shadow_rays", r.rays.shadow);
+    count("background_samples", r.background_samples);
     number("mrays_per_s", per_second(double(r.rays.closest + r.rays.shadow), r.render_s) * 1e-6);
     count("threads", r.threads);
     count("spp", r.spp);

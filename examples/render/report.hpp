@@ -18,6 +18,7 @@ struct RunReport {
     double error_target = 0;   ///< 0 = none
     std::uint64_t rejected = 0;
     lambent::RayCounts rays;
+    std::uint64_t background_samples = 0; ///< of this run, that were not traced: RenderResult::skipped
     unsigned threads = 0;
     ImageReport image;
     std::vector<std::string> facts, skipped; ///< see facts.hpp

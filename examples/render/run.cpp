@@ -60,6 +60,7 @@ void write_results(Job& job, const FilmState<float>& state, Work work, bool keep
     report.error_target = o.error_target;
     report.rejected = state.film.rejected();
     report.rays = work.rays;
+    report.background_samples = work.background_samples;
     report.threads = work.threads;
     report.facts = facts_of(job.scene);
     report.skipped = skipped_by(o, job.scene);
@@ -96,7 +97,8 @@ int run(const Options& o) {
 
     const bool interrupted = interrupt::asked() && !passes.finished, keep_state = o.wants_state() || interrupted;
     const std::uint64_t samples = state.film.total_samples() - resumed;
-    const Work work{passes.rays, passes.rendering_s, passes.saving_s, samples, job.threads.concurrency()};
+    const Work work{passes.rays, passes.background_samples, passes.rendering_s, passes.saving_s, samples,
+                    job.threads.concurrency()};
     write_results(job, state, work, keep_state, whole);
     if (!passes.finished && keep_state && (interrupted || !o.quiet))
         std::fprintf(stderr, "%s: %llu samples a pixel are saved in %s; to go on:\n  %s\n",

@@ -14,6 +14,7 @@ void check_files(const Options& options);
 /// What was rendered, for write_results().
 struct Work {
     lambent::RayCounts rays{};
+    std::uint64_t background_samples = 0; ///< of `samples`, that were not traced
     double rendering_s = 0, saving_s = 0;
     std::uint64_t samples = 0; ///< of all pixels
     unsigned threads = 1;

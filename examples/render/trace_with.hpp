@@ -6,7 +6,9 @@
 #include <lambent/render/first_hit.hpp>
 #include <lambent/render/path.hpp>
 #include <lambent/sampling/stratified.hpp>
+#include <lambent/scene/specialised_scene.hpp>
 #include <algorithm>
+#include <concepts>
 #include <limits>
 
 /// A tenth of the scene's diagonal: closed rooms would be black without an end.
@@ -41,6 +43,12 @@ lambent::RenderResult trace_with(const S& sampler, lambent::Film<float>& film, c
                                  const lambent::Camera& camera, const Options& o, const lambent::RenderOptions& options,
                                  lambent::ThreadExecutor& threads, const std::function<bool()>& keep_going) {
     return with_integrator(o, scene.scene(), [&](const auto& integrator) {
-        return lambent::render(film, scene, camera, integrator, sampler, options, threads, keep_going);
+        const auto trace = [&](const auto& seen) {
+            return lambent::render(film, seen, camera, integrator, sampler, options, threads, keep_going);
+        };
+        // The default one has code of its own for plain scenes; see is_specialised().
+        if constexpr (std::same_as<decltype(integrator), const lambent::PathIntegrator<>&>)
+            return lambent::with_specialised<lambent::no_feature>(scene, trace);
+        else return trace(scene);
     });
 }

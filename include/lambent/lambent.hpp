@@ -11,6 +11,7 @@
 #include <lambent/bvh/instance.hpp>
 #include <lambent/bvh/interleaved.hpp>
 #include <lambent/bvh/leaves.hpp>
+#include <lambent/bvh/may_meet.hpp>
 #include <lambent/bvh/once.hpp>
 #include <lambent/bvh/overlap.hpp>
 #include <lambent/bvh/packet.hpp>
@@ -39,6 +40,7 @@
 #include <lambent/core/memory.hpp>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/parallel.hpp>
+#include <lambent/core/pyramid.hpp>
 #include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
 #include <lambent/core/simd_order.hpp>
@@ -63,6 +65,7 @@
 #include <lambent/denoise/pair_average.hpp>
 #include <lambent/denoise/restore_energy.hpp>
 #include <lambent/denoise/spread_factor.hpp>
+#include <lambent/denoise/usable_frame.hpp>
 #include <lambent/film/dyadic.hpp>
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/film/film.hpp>
@@ -91,6 +94,7 @@
 #include <lambent/material/standard.hpp>
 #include <lambent/render/adaptive.hpp>
 #include <lambent/render/ambient_occlusion.hpp>
+#include <lambent/render/counting_scene.hpp>
 #include <lambent/render/direct.hpp>
 #include <lambent/render/first_hit.hpp>
 #include <lambent/render/integrator.hpp>
@@ -111,6 +115,7 @@
 #include <lambent/scene/attributes.hpp>
 #include <lambent/scene/builtin.hpp>
 #include <lambent/scene/camera.hpp>
+#include <lambent/scene/features.hpp>
 #include <lambent/scene/fingerprint.hpp>
 #include <lambent/scene/material.hpp>
 #include <lambent/scene/missing.hpp>
@@ -118,6 +123,7 @@
 #include <lambent/scene/render_scene.hpp>
 #include <lambent/scene/scene.hpp>
 #include <lambent/scene/scene_lights.hpp>
+#include <lambent/scene/specialised_scene.hpp>
 #include <lambent/scene/sphere.hpp>
 #include <lambent/scene/surface.hpp>
 #include <lambent/scene/suspicions.hpp>

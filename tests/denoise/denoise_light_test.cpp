@@ -164,6 +164,39 @@ TEST_CASE("denoise_light: values that are not finite, missing features, odd size
     CHECK(denoise(plain, denoise_options("best"), serial).report.used == NoiseUse::filter);
 }
 
+TEST_CASE("denoise_light: numbers whose squares overflow count as absent in every plane, and stay where they are") {
+    const LitWall wall;
+    const PixelData<float> whole = wall.frame(16, 9);
+    const Plane<float, 3> expected = cleaned(whole);
+    SerialExecutor serial;
+    for (const float wrong : {-1.84768e38f, 2.72717e23f, 1e30f, 3.4e38f, -1.0f}) // the first two: what the fuzzer found
+        for (int plane = 0; plane < 16; ++plane) {
+            PixelData<float> frame = whole;
+            Plane<float, 3>* const three[] = {&frame.radiance, &frame.direct, &frame.indirect, &frame.root_direct,
+                                              &frame.root_indirect, &frame.root_direct_variance,
+                                              &frame.root_indirect_variance, &frame.variance, &frame.halves,
+                                              &frame.albedo, &frame.albedo_variance, &frame.normal_variance};
+            Plane<float, 1>* const one[] = {&frame.depth, &frame.depth_variance, &frame.root_direct_halves, &frame.samples};
+            if (plane < 12) three[plane]->view().store(9, 9, Vec3f(wrong, 1, wrong));
+            else one[plane - 12]->view().store(9, 9, wrong);
+            CAPTURE(wrong);
+            CAPTURE(plane);
+            const Plane<float, 3> clean = cleaned(frame);
+            bool finite = true;
+            double moved = 0;
+            for (int y = 0; y < wall.height; ++y)
+                for (int x = 0; x < wall.width; ++x) {
+                    finite = finite && is_finite(clean.load(x, y));
+                    if (std::abs(x - 9) < 30 && std::abs(y - 9) < 30) continue;
+                    moved = std::max(moved, double(max_component(abs(clean.load(x, y) - expected.load(x, y)))));
+                }
+            for (const float v : denoise(frame, denoise_options("fast"), serial).radiance.values())
+                finite = finite && is_finite(v);
+            CHECK(finite);
+            CHECK(moved < 0.02); // energy is given back over the whole image
+        }
+}
+
 TEST_CASE("pair_average: takes a feature's noise away, not its edges") {
     Random random(4);
     Plane<float, 3> noisy(60, 30), variance(60, 30), none(60, 30);

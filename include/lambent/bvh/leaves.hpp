@@ -53,7 +53,8 @@ concept InstanceFilter = requires(const A& accept, std::uint32_t primitive, T x,
 } // namespace detail
 
 /// A filter of hits: accept(primitive, u, v, t), or accept(primitive, u, v, t, instance), is false where there is no
-/// surface after all (a leaf's cut-out). Called in no particular order, for hits nearer than the nearest so far.
+/// surface after all (a leaf's cut-out). Called in no particular order, for hits nearer than the nearest so far. One that
+/// also has node() is called for every node that a ray of its own opens, to count them.
 template <class A, class T>
 concept HitFilter = detail::FlatFilter<A, T> || detail::InstanceFilter<A, T>;
 

@@ -203,6 +203,7 @@ template <Query query, class T, class Leaves, class Accept>
     for (;;) {
         while ((current & Child::leaf_bit) == 0) {
             const WideNode<T>& node = nodes[current];
+            if constexpr (requires { accept.node(); }) accept.node();
             Lanes entry;
             const Mask<T, width> mask = slabs.meets(node, limit, entry);
             unsigned met = bits(mask);

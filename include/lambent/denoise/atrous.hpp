@@ -156,7 +156,7 @@ private:
 /// fainter than the noise, so its error does not go to 0 as that of denoise_light() does. `out` may be the image.
 /// variance of the sum of the image's channels; 0: neighbours must be equal
 /// normals, depths  world space and metres; absent: nothing to go by
-/// nan      the image must be finite; features that are not count as 0
+/// nan      the image and its squares must be finite; features that are not count as 0
 /// throws   lambent::Error on options out of their ranges or unequal sizes
 /// threads  the same bits for any executor
 /// cost     25 taps a pixel and level of about 40 operations; 14 floats a pixel

@@ -3,8 +3,10 @@
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/denoise/denoise_light.hpp>
 #include <lambent/denoise/footprint.hpp>
+#include <lambent/denoise/usable_frame.hpp>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string_view>
 
 namespace lambent {
@@ -169,17 +171,20 @@ void atrous_of_illumination(const FrameView<T>& frame, const PixelView<T, 3>& no
 /// illumination → remodulate. Emission that is seen directly is not filtered. Only radiance has to be there; each
 /// further plane keeps edges sharp. `out` may be the very view of the frame's radiance. `error`, where there is one,
 /// gets denoised_error() where the frame's statistics are used, and else stays as it is: the report says so.
-/// nan     a pixel that is not finite, or beyond 1e30 in float (is_summable()), takes its neighbours' value and gives
-///         nothing; what lies further away than the kernel is wide is the same to the bit
+/// nan     a pixel that is not finite, or beyond 1e30 in float (is_summable(); 7e16 where the frame's variances are used),
+///         takes its neighbours' value and gives nothing; what lies further away than the kernel is wide is the same to the bit
 /// threads the same bits for any executor
 /// throws  lambent::Error on a bad option, absent radiance or unequal sizes, before anything is written
 /// cost    three filters of `form`, two of them half as wide and at most 17 taps; absolute units: one filter
 template <std::floating_point T, Executor E>
-DenoiseReport denoise(const FrameView<T>& frame, const std::type_identity_t<PixelView<T, 3>>& out,
+DenoiseReport denoise(const FrameView<T>& input, const std::type_identity_t<PixelView<T, 3>>& out,
                       const DenoiseOptions& options, E& executor,
                       const std::type_identity_t<PixelView<T, 3>>& error = {}) {
-    require(!frame.radiance.absent(), "denoise: the frame has no radiance plane");
-    detail::require_planes("denoise", frame, out);
+    require(!input.radiance.absent(), "denoise: the frame has no radiance plane");
+    detail::require_planes("denoise", input, out);
+    const bool by_atrous = options.noise == NoiseUse::atrous && !input.variance.absent() && !input.samples.absent();
+    std::optional<detail::UsableFrame<T>> usable;
+    const FrameView<T>& frame = by_atrous ? usable.emplace(input).view() : input;
     const bool coarse = options.noise == NoiseUse::coarse_regression;
     if ((coarse || options.noise == NoiseUse::regression) && has_light_statistics(frame)) {
         const LightDenoiseReport light = denoise_light(frame, out, {.stride = coarse ? 2 : 1}, executor, error);
@@ -208,7 +213,7 @@ DenoiseReport denoise(const FrameView<T>& frame, const std::type_identity_t<Pixe
     report.spikes = suppress_fireflies_seed(noisy.view(), options.firefly);
     report.spikes += despike<T>(noisy.view(), illumination.view(), options.despike, executor);
     const PixelView<T, 3> view = illumination.view();
-    if (options.noise == NoiseUse::atrous && !frame.variance.absent() && !frame.samples.absent()) {
+    if (by_atrous) {
         detail::atrous_of_illumination(frame, noisy.view(), view, executor);
         report.used = NoiseUse::atrous;
     } else if (!relative) {

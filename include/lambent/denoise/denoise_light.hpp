@@ -6,6 +6,7 @@
 #include <lambent/denoise/pair_average.hpp>
 #include <lambent/denoise/restore_energy.hpp>
 #include <lambent/denoise/spread_factor.hpp>
+#include <lambent/denoise/usable_frame.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <algorithm>
 #include <array>
@@ -251,41 +252,47 @@ std::size_t clean_part(const FrameView<T>& frame, const LightPart<T>& part, cons
 /// blending took is given back. `out` may be the frame's radiance. Consistent: with the samples' noise the error goes
 /// to 0, unlike that of filters whose windows are fixed. `error`, where there is one, gets denoised_error().
 /// samples their mean number in a pixel chooses the parameters
-/// nan     light that is not finite is repaired from its neighbours, features and variances that are not count as 0
+/// nan     light that is not finite, or beyond 7e16 in float, is repaired from its neighbours; features and variances
+///         that are not, negative, or as far beyond count as 0
 /// threads the same bits for any executor
 /// throws  lambent::Error when planes are absent or of unequal size, before anything is written
 /// cost    2 · (2 · radius + 1)² / stride² taps of about 110 operations a pixel; some 280 bytes a pixel, by count
 template <std::floating_point T, Executor E>
-LightDenoiseReport denoise_light(const FrameView<T>& frame, const std::type_identity_t<PixelView<T, 3>>& out,
+LightDenoiseReport denoise_light(const FrameView<T>& input, const std::type_identity_t<PixelView<T, 3>>& out,
                                  const LightDenoiseOptions& options, E& executor,
                                  const std::type_identity_t<PixelView<T, 3>>& error = {}) {
-    require(has_light_statistics(frame), "denoise_light: the frame has no statistics of its samples");
+    require(has_light_statistics(input), "denoise_light: the frame has no statistics of its samples");
     require(options.radius >= 1 && options.radius <= 8 && (options.stride == 1 || options.stride == 2),
             "denoise_light: radius must be 1 to 8, stride 1 or 2");
-    require_same_size("denoise_light: radiance and output", frame.radiance, out);
-    if (!error.absent()) require_same_size("denoise_light: radiance and error", frame.radiance, error);
+    require_same_size("denoise_light: radiance and output", input.radiance, out);
+    if (!error.absent()) require_same_size("denoise_light: radiance and error", input.radiance, error);
     const auto same_size = [&](const auto&... planes) {
         const auto check = [&](const auto& plane) {
-            if (!plane.absent()) require_same_size("denoise_light: radiance and another plane", frame.radiance, plane);
+            if (!plane.absent()) require_same_size("denoise_light: radiance and another plane", input.radiance, plane);
         };
         (check(planes), ...);
     };
-    same_size(frame.samples, frame.variance, frame.direct, frame.root_direct, frame.root_direct_variance,
-              frame.indirect, frame.root_indirect, frame.root_indirect_variance, frame.albedo, frame.albedo_variance,
-              frame.normal, frame.normal_variance, frame.depth, frame.depth_variance, frame.halves,
-              frame.root_direct_halves, frame.root_indirect_halves);
+    same_size(input.samples, input.variance, input.direct, input.root_direct, input.root_direct_variance,
+              input.indirect, input.root_indirect, input.root_indirect_variance, input.albedo, input.albedo_variance,
+              input.normal, input.normal_variance, input.depth, input.depth_variance, input.halves,
+              input.root_direct_halves, input.root_indirect_halves);
+    const detail::UsableFrame<T> usable(input);
+    const FrameView<T>& frame = usable.view();
     const int width = out.width(), height = out.height();
     const auto each = [&](auto&& f) {
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) f(x, y);
     };
     LightDenoiseReport report;
-    double samples = 0;
+    double samples = 0, counted = 0;
     each([&](int x, int y) {
-        samples += double(frame.samples.load(x, y)) / (double(width) * double(height));
+        const double n = double(frame.samples.load(x, y));
+        samples += n;
+        counted += n > 0;
         report.non_finite += !is_finite(frame.radiance.load(x, y)) || !is_finite(frame.direct.load(x, y)) ||
                              !is_finite(frame.indirect.load(x, y));
     });
+    samples /= std::max(1.0, counted);
     LightRegressionOptions regression{.radius = options.radius, .stride = options.stride,
                                       .feature_sigma = options.feature_sigma, .feature_floor = 3e-4,
                                       .own_vote = options.stride > 1 ? 0.1 : 1e-9};

@@ -253,16 +253,15 @@ public:
         /// Takes the next sample; one that is not finite is counted, and summed as make_finite() leaves it.
         void add(PixelSample<T> sample) {
             if (!make_finite(sample)) ++rejected_;
-            if (next_ == pass_.begin_ && !pass_.film_.material_.empty())
-                pass_.film_.material_[pixel_] = sample.hit ? std::int32_t(sample.material) : -1;
-            samples_[depth_] = {next_++, 0};
-            pass_.layout_.pack(sample, sums_[depth_++].data());
-            while (depth_ > 1 && samples_[depth_ - 2].joins(samples_[depth_ - 1])) {
-                DyadicBlock& left = samples_[depth_ - 2];
-                pass_.layout_.merge_halves(sums_[depth_ - 2].data(), sums_[depth_ - 1].data(), double(left.size()));
-                ++left.level;
-                --depth_;
-            }
+            push(sample, {next_, 0});
+        }
+
+        /// Takes the next `count` samples, which are all the same, as add() would one by one: to the same bits.
+        /// cost  grows with the logarithm of their number
+        void add_equal(PixelSample<T> sample, std::uint64_t count) {
+            if (!make_finite(sample)) rejected_ += count;
+            for (const std::uint64_t end = next_ + count; next_ < end;)
+                push(sample, dyadic_block_at(next_, end, end - next_));
         }
 
         ~Pixel() {
@@ -275,6 +274,28 @@ public:
         Pixel& operator=(const Pixel&) = delete;
 
     private:
+        using Sums = std::array<T, detail::FilmLayout::most_channels>;
+
+        /// A block of samples that are all this one.
+        void push(const PixelSample<T>& sample, const DyadicBlock& block) {
+            if (next_ == pass_.begin_ && !pass_.film_.material_.empty())
+                pass_.film_.material_[pixel_] = sample.hit ? std::int32_t(sample.material) : -1;
+            Sums& sums = sums_[depth_];
+            pass_.layout_.pack(sample, sums.data());
+            for (std::uint64_t n = 1; n < block.size(); n *= 2) {
+                const Sums other = sums;
+                pass_.layout_.merge_halves(sums.data(), other.data(), double(n));
+            }
+            samples_[depth_++] = block;
+            next_ = block.end();
+            while (depth_ > 1 && samples_[depth_ - 2].joins(samples_[depth_ - 1])) {
+                DyadicBlock& left = samples_[depth_ - 2];
+                pass_.layout_.merge_halves(sums_[depth_ - 2].data(), sums_[depth_ - 1].data(), double(left.size()));
+                ++left.level;
+                --depth_;
+            }
+        }
+
         static constexpr std::size_t most = 66; // at most 33 blocks up to the largest and 33 down again
 
         FilmPass& pass_;
@@ -283,7 +304,7 @@ public:
         std::uint64_t rejected_ = 0;
         std::size_t depth_ = 0;
         std::array<DyadicBlock, most> samples_;
-        std::array<std::array<T, detail::FilmLayout::most_channels>, most> sums_;
+        std::array<Sums, most> sums_;
     };
 
     /// Call once, when all pixels are done.

@@ -10,6 +10,7 @@ inline namespace LAMBENT_ABI {
 /// The cosine-weighted share of the hemisphere that is free up to a distance; a miss is black.
 struct AmbientOcclusionIntegrator {
     double distance = std::numeric_limits<double>::infinity(); ///< metres
+    static constexpr bool miss_is_background = true;
 
     template <RenderScene S, SampleStream Stream>
     PixelSample<typename S::Scalar> sample(const S& scene, const Ray<typename S::Scalar>& ray, const Stream& stream,

@@ -6,6 +6,8 @@ inline namespace LAMBENT_ABI {
 
 /// The albedo of what is seen, lit from the viewer: radiance = emission + albedo · cosine. Noise-free previews.
 struct FirstHitIntegrator {
+    static constexpr bool miss_is_background = true;
+
     template <RenderScene S, SampleStream Stream>
     PixelSample<typename S::Scalar> sample(const S& scene, const Ray<typename S::Scalar>& ray, const Stream&,
                                            RayCounts& counts) const {

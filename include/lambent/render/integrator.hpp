@@ -34,7 +34,8 @@ struct RayCounts {
 };
 
 /// Estimates the light that arrives along a camera ray. `sample` is one estimate, a pure function of the
-/// scene, the ray and the stream's numbers. To add an integrator, write one struct that fits.
+/// scene, the ray and the stream's numbers. To add an integrator, write one struct that fits. One with a static member
+/// `miss_is_background` promises that what it makes of a miss is a function of what background() says.
 template <class I, class S, class Stream>
 concept Integrator = RenderScene<S> && SampleStream<Stream> &&
     requires(const I& integrator, const S& scene, const Ray<typename S::Scalar>& ray, const Stream& stream,

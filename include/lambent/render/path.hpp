@@ -59,6 +59,7 @@ struct PathState {
 template <PathStrategy strategy = PathStrategy::both, MisHeuristic heuristic = MisHeuristic::power>
 struct PathIntegrator {
     PathOptions options{};
+    static constexpr bool miss_is_background = true;
 
     template <class T, class L = NoListener>
     static PathState<T, L> start(const Ray<T>& ray, const L& listener = {}) {

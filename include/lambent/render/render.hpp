@@ -37,6 +37,7 @@ struct RenderOptions {
 /// What a pass of render() took.
 struct RenderResult {
     RayCounts rays;
+    std::uint64_t skipped = 0; ///< samples that were not traced, since their pixel sees one background
     bool stopped = false; ///< ended by the caller's wish; the film is without this pass
 };
 
@@ -47,11 +48,23 @@ Vec3d origin_of(const S& scene) {
     if constexpr (requires { scene.scene().origin; }) return scene.scene().origin;
     else return Vec3d(0);
 }
+
+/// Whether all samples of a rectangle of pixels are the same: their rays are proved to see nothing but one background,
+/// by a scene that can tell, and the integrator says that a miss is a matter of the background alone.
+template <class I, class S, class T>
+bool sees_only_background(const S& scene, const CameraRays<T>& rays, int x0, int y0, int x1, int y1) {
+    if constexpr (requires { I::miss_is_background; } && requires(const Pyramid<T>& p) { scene.sees_only_background(p); }) {
+        constexpr T reach = 2; // no pixel filter's is wider; and more than any rounding of directions
+        return !rays.has_lens() && scene.sees_only_background(rays.pyramid(T(x0) - reach, T(y0) - reach, T(x1) + reach,
+                                                                           T(y1) + reach));
+    } else return false;
+}
 } // namespace detail
 
 /// Renders the samples [first_sample, end_sample) of every pixel of the window and merges them into `film`,
 /// which is made when it is empty. What a pixel gets depends on scene, sampler and sample index alone: any
-/// number of threads, order of tiles and split of the samples gives the same bits.
+/// number of threads, order of tiles and split of the samples gives the same bits. Tiles that are proved to see nothing
+/// but a background of one colour take one sample a pixel, which counts for all.
 /// `keep_going()` is asked before each tile; once it says no, the pass is dropped.
 /// throws lambent::Error on an empty image, a window outside it, an empty sample range, a film that does not fit,
 ///        active pixels of another size than the window, stops at 0
@@ -76,18 +89,22 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
     const CameraRays<T> rays(camera, options.width, options.height, detail::origin_of(scene));
 
     FilmPass<T> pass(width, height, options.planes, options.first_sample, options.end_sample, options.active);
-    std::atomic<std::uint64_t> closest{0}, shadow{0};
+    std::atomic<std::uint64_t> closest{0}, shadow{0}, skipped{0};
     std::atomic<bool> stopped{false};
     executor.parallel_for(std::size_t(tiles_x) * std::size_t(tiles_y), 1, [&](std::size_t begin, std::size_t end) {
         RayCounts counts;
+        std::uint64_t not_traced = 0;
         for (std::size_t index = begin; index < end; ++index) {
             if (stopped.load(std::memory_order_relaxed) || !keep_going()) {
                 stopped = true;
                 return;
             }
             const int tile_x = int(index % std::size_t(tiles_x)) * tile, tile_y = int(index / std::size_t(tiles_x)) * tile;
-            for (int y = tile_y; y < std::min(height, tile_y + tile); ++y)
-                for (int x = tile_x; x < std::min(width, tile_x + tile); ++x) {
+            const int end_x = std::min(width, tile_x + tile), end_y = std::min(height, tile_y + tile);
+            const bool empty = detail::sees_only_background<I>(scene, rays, tile_x + window.x0, tile_y + window.y0,
+                                                               end_x + window.x0, end_y + window.y0);
+            for (int y = tile_y; y < end_y; ++y)
+                for (int x = tile_x; x < end_x; ++x) {
                     if (!options.active.absent() && options.active.load(x, y) == 0) continue;
                     const auto px = std::uint32_t(x + window.x0), py = std::uint32_t(y + window.y0);
                     typename FilmPass<T>::Pixel pixel(pass, x, y);
@@ -100,14 +117,20 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
                                                            : rays.ray(at_x, at_y);
                         PixelSample<T> sample = integrator.sample(scene, ray, stream, counts);
                         clamp_reflected(sample, T(options.firefly_clamp));
+                        if (empty) {
+                            pixel.add_equal(sample, options.end_sample - i);
+                            not_traced += options.end_sample - i - 1;
+                            break;
+                        }
                         pixel.add(sample);
                     }
                 }
         }
         closest += counts.closest;
         shadow += counts.shadow;
+        skipped += not_traced;
     });
-    RenderResult result{{closest, shadow}, stopped};
+    RenderResult result{{closest, shadow}, skipped, stopped};
     if (stopped) return result;
     if (film.blocks().empty()) film = pass.finish();
     else film.merge(pass.finish());

@@ -43,18 +43,21 @@ Vec4f look_up(const Scene<T>& scene, const Texture& texture, const Attributes& a
     return texture.sample(scene.images[std::size_t(texture.image)], a.texcoord[texture.set]);
 }
 
-/// Linear reflectance in [0, 1], with texture and vertex colour.
-template <class T>
+/// Linear reflectance in [0, 1], with texture, if the scene has any, and vertex colour.
+template <bool textures = true, class T>
 Vec3f base_color_at(const Scene<T>& scene, const Material& m, const Attributes& a) {
     Vec3f color = m.base_color * Vec3f(a.color);
-    if (m.base_color_texture) color *= Vec3f(look_up(scene, m.base_color_texture, a));
+    if constexpr (textures)
+        if (m.base_color_texture) color *= Vec3f(look_up(scene, m.base_color_texture, a));
     return clamp(color, 0.0f, 1.0f);
 }
 
 /// Radiance of a material's lit side.
-template <class T>
+template <bool textures = true, class T>
 Vec3f emission_at(const Scene<T>& scene, const Material& m, const Attributes& a) {
-    return m.emission_texture ? m.emission * Vec3f(look_up(scene, m.emission_texture, a)) : m.emission;
+    if constexpr (textures)
+        if (m.emission_texture) return m.emission * Vec3f(look_up(scene, m.emission_texture, a));
+    return m.emission;
 }
 
 /// What a material is at a point, seen from its front or not.

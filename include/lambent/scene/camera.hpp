@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/core/bounds.hpp>
 #include <lambent/core/numerics.hpp>
+#include <lambent/core/pyramid.hpp>
 #include <lambent/core/ray.hpp>
 #include <lambent/core/vec.hpp>
 #include <cmath>
@@ -51,6 +52,11 @@ public:
     }
 
     bool has_lens() const { return has_lens_; }
+
+    /// What image positions from (x0, y0) to (x1, y1) see, without a lens.
+    Pyramid<T> pyramid(T x0, T y0, T x1, T y1) const {
+        return {eye_, {ray(x0, y0).direction, ray(x1, y0).direction, ray(x1, y1).direction, ray(x0, y1).direction}};
+    }
 
     /// The same from a point of the lens, given on the unit disk: all of one image position meet in the sharp plane.
     Ray<T> ray(T x, T y, const Vec2<T>& lens) const {

@@ -1,11 +1,14 @@
 #pragma once
 #include <lambent/bvh/bvh.hpp>
+#include <lambent/bvh/may_meet.hpp>
 #include <lambent/core/numerics.hpp>
+#include <lambent/core/pyramid.hpp>
 #include <lambent/core/ray.hpp>
 #include <lambent/light/light_sample.hpp>
 #include <lambent/light/triangle_light.hpp>
 #include <lambent/sampling/hash.hpp>
 #include <lambent/scene/attributes.hpp>
+#include <lambent/scene/features.hpp>
 #include <lambent/scene/render_scene.hpp>
 #include <lambent/scene/scene.hpp>
 #include <lambent/scene/scene_lights.hpp>
@@ -18,7 +21,8 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 
 /// A scene made ready for rays: its tree and its lights. Refers to the scene, which must stay as it is. Primitives are
-/// the triangles, then the spheres.
+/// the triangles, then the spheres. What answers rays is made for every feature of a scene, or for those alone that the
+/// caller names and vouches for: specialised_scene.hpp does both.
 template <class T>
 class PreparedScene {
 public:
@@ -41,35 +45,63 @@ public:
     std::size_t light_count() const { return lights_.count(); }
     bool has_lights(Companion companion) const { return lights_.any(companion); }
 
+    template <SceneFeatures features = every_feature>
     Hit<T> intersect(const Ray<T>& ray) const {
-        return nearer_sphere(ray, masked_ ? bvh_.intersect(ray, alpha_test(ray)) : bvh_.intersect(ray));
+        if constexpr (features.alpha)
+            if (masked_) return nearer_sphere<features>(ray, bvh_.intersect(ray, alpha_test(ray)));
+        return nearer_sphere<features>(ray, bvh_.intersect(ray));
     }
 
     /// intersect() for a ray from the camera, which does not see the back sides of Material::front_only.
+    template <SceneFeatures features = every_feature>
     Hit<T> intersect_camera(const Ray<T>& ray) const {
-        if (!front_only_) return intersect(ray);
-        const auto covers = alpha_test(ray);
-        const Hit<T> hit = bvh_.intersect(ray, [&](std::uint32_t triangle, T u, T v, T t) {
-            const bool seen = !scene_.materials[scene_.triangle_materials[triangle]].front_only ||
-                              dot(triangle_normal(triangle), ray.direction) < 0;
-            return seen && covers(triangle, u, v, t);
-        });
-        return nearer_sphere(ray, hit);
+        if constexpr (features.front_only)
+            if (front_only_) return intersect_front(ray);
+        return intersect<features>(ray);
     }
 
+    template <SceneFeatures features = every_feature>
     bool occluded(const Ray<T>& ray) const {
-        for (const Sphere<T>& sphere : scene_.spheres)
-            if (sphere.intersect(ray, ray.t_max) < ray.t_max) return true;
-        return masked_ ? bvh_.occluded(ray, alpha_test(ray)) : bvh_.occluded(ray);
+        if constexpr (features.spheres)
+            for (const Sphere<T>& sphere : scene_.spheres)
+                if (sphere.intersect(ray, ray.t_max) < ray.t_max) return true;
+        if constexpr (features.alpha)
+            if (masked_) return bvh_.occluded(ray, alpha_test(ray));
+        return bvh_.occluded(ray);
+    }
+
+    /// Whether `ray` finds a surface at a point of a triangle, as a HitFilter. Where that is a matter of chance, the ray's
+    /// own bits and the triangle's number decide, so that the answer depends on nothing but the ray.
+    auto alpha_test(const Ray<T>& ray) const {
+        return [this, &ray](std::uint32_t triangle, T u, T v, T /*t*/) {
+            const Material& m = scene_.materials[scene_.triangle_materials[triangle]];
+            if (m.alpha_mode == AlphaMode::opaque) return true;
+            const float coverage = coverage_at(scene_, m, attributes_at(scene_, triangle, u, v));
+            if (!(coverage > 0) || !(coverage < 1)) return coverage > 0;
+            using Bits = typename detail::FloatBits<T>::Type;
+            std::uint64_t key = triangle;
+            for (int axis = 0; axis < 3; ++axis) {
+                key = derive_key(key, std::uint64_t(std::bit_cast<Bits>(ray.origin[axis])));
+                key = derive_key(key, std::uint64_t(std::bit_cast<Bits>(ray.direction[axis])));
+            }
+            return to_unit<float>(key) < coverage;
+        };
+    }
+
+    /// Whether no ray within the pyramid meets anything, and all see one background.
+    /// cost  a walk of the tree to the first box that the pyramid meets
+    bool sees_only_background(const Pyramid<T>& view) const {
+        return scene_.environment.map.empty() && scene_.spheres.empty() && !may_meet(bvh_, view);
     }
 
     /// The point where `ray`, of unit direction, met the scene.
+    template <SceneFeatures features = every_feature>
     Surface<T> surface(const Ray<T>& ray, const Hit<T>& hit) const {
         Surface<T> s;
         s.wo = -ray.direction;
         s.distance = hit.t;
         Attributes attributes;
-        if (is_sphere(hit.primitive)) {
+        if (is_sphere<features>(hit.primitive)) {
             const Sphere<T>& sphere = sphere_of(hit.primitive);
             s.material = sphere.material;
             s.geometric_normal = s.shading_normal = normalize(ray.origin + hit.t * ray.direction - sphere.center);
@@ -91,26 +123,32 @@ public:
                 const T length2 = dot(n, n);
                 if (length2 > T(1e-12)) s.shading_normal = n / std::sqrt(length2);
             }
-            attributes = attributes_at(scene_, hit.primitive, hit.u, hit.v);
+            if constexpr (features.textures || features.colors)
+                attributes = attributes_at(scene_, hit.primitive, hit.u, hit.v);
         }
         const Material& material = scene_.materials[s.material];
         const bool front = dot(s.geometric_normal, s.wo) >= 0;
         if (dot(s.shading_normal, s.geometric_normal) < 0) s.shading_normal = -s.shading_normal;
-        if (material.normal_texture && !is_sphere(hit.primitive)) {
-            const Vec3<T> bent(mapped_normal(scene_, hit.primitive, hit.u, hit.v, material, attributes,
-                                             Vec3f(s.shading_normal)));
-            // A map may bend a normal below the triangle itself, where nothing could be lit.
-            if (dot(bent, s.geometric_normal) > 0) s.shading_normal = normalize(bent);
-        }
+        if constexpr (features.textures)
+            if (material.normal_texture && !is_sphere<features>(hit.primitive)) {
+                const Vec3<T> bent(mapped_normal(scene_, hit.primitive, hit.u, hit.v, material, attributes,
+                                                 Vec3f(s.shading_normal)));
+                // A map may bend a normal below the triangle itself, where nothing could be lit.
+                if (dot(bent, s.geometric_normal) > 0) s.shading_normal = normalize(bent);
+            }
         if (!front) {
             s.geometric_normal = -s.geometric_normal;
             s.shading_normal = -s.shading_normal;
         }
         if (s.shading_normal != s.geometric_normal) keep_reflection_above(s);
         s.front = front;
-        s.extinction = Vec3<T>(extinction_of(material));
-        s.point = standard_point(scene_, material, attributes, front);
-        s.albedo = s.point.albedo(glm::max(T(0), dot(s.shading_normal, s.wo)));
+        if constexpr (features.specular) {
+            s.extinction = Vec3<T>(extinction_of(material));
+            s.point = standard_point(scene_, material, attributes, front);
+            s.albedo = s.point.albedo(glm::max(T(0), dot(s.shading_normal, s.wo)));
+        } else {
+            s.point.base_color = s.albedo = Vec3<T>(base_color_at<features.textures>(scene_, material, attributes));
+        }
         if (material.unlit) {
             s.emission = s.point.base_color;
             s.albedo = Vec3<T>(0);
@@ -118,15 +156,16 @@ public:
             return s;
         }
         if (material.emissive() && (front || material.double_sided))
-            s.emission = Vec3<T>(emission_at(scene_, material, attributes));
+            s.emission = Vec3<T>(emission_at<features.textures>(scene_, material, attributes));
         return s;
     }
 
     Vec3<T> background(const Vec3<T>& direction) const { return lights_.background(direction); }
 
     /// Light at point `from` of a surface with unit `normal`, as SceneLights::sample().
+    template <SceneFeatures features = every_feature>
     LightSample<T> sample_light(const Vec3<T>& from, const Vec3<T>& normal, const Vec2<T>& u, Companion companion) const {
-        return lights_.sample(from, normal, u, companion);
+        return lights_.template sample<features>(from, normal, u, companion);
     }
 
     /// Density per solid angle with which sample_light() beside BSDF samples, at the ray's origin on a surface of
@@ -143,17 +182,33 @@ private:
         scene.validate();
         return scene;
     }
-    bool is_sphere(std::uint32_t primitive) const { return primitive >= scene_.triangles.size(); }
+    template <SceneFeatures features>
+    bool is_sphere(std::uint32_t primitive) const {
+        return features.spheres && primitive >= scene_.triangles.size();
+    }
     const Sphere<T>& sphere_of(std::uint32_t primitive) const {
         return scene_.spheres[primitive - scene_.triangles.size()];
     }
     /// The nearer of a triangle's hit and the spheres'.
+    template <SceneFeatures features>
     Hit<T> nearer_sphere(const Ray<T>& ray, Hit<T> hit) const {
+        if constexpr (!features.spheres) return hit;
         for (std::size_t i = 0; i < scene_.spheres.size(); ++i) {
             const T t = scene_.spheres[i].intersect(ray, glm::min(hit.t, ray.t_max));
             if (t < hit.t) hit = {.t = t, .primitive = std::uint32_t(scene_.triangles.size() + i)};
         }
         return hit;
+    }
+
+    /// intersect() but for back sides that cameras don't see.
+    Hit<T> intersect_front(const Ray<T>& ray) const {
+        const auto covers = alpha_test(ray);
+        const Hit<T> hit = bvh_.intersect(ray, [&](std::uint32_t triangle, T u, T v, T t) {
+            const bool seen = !scene_.materials[scene_.triangle_materials[triangle]].front_only ||
+                              dot(triangle_normal(triangle), ray.direction) < 0;
+            return seen && covers(triangle, u, v, t);
+        });
+        return nearer_sphere<every_feature>(ray, hit);
     }
 
     /// Bends a shading normal until the viewer's mirrored direction leaves the true surface: near silhouettes, and under
@@ -185,24 +240,6 @@ private:
             size2 = dot(n, n);
         }
         return size2 > 0 ? n / std::sqrt(size2) : Vec3<T>(0, 0, 1);
-    }
-
-    /// Whether `ray` finds a surface at a point of a triangle. Where that is a matter of chance, the ray's own bits
-    /// and the triangle's number decide, so that the answer depends on nothing but the ray.
-    auto alpha_test(const Ray<T>& ray) const {
-        return [this, &ray](std::uint32_t triangle, T u, T v, T /*t*/) {
-            const Material& m = scene_.materials[scene_.triangle_materials[triangle]];
-            if (m.alpha_mode == AlphaMode::opaque) return true;
-            const float coverage = coverage_at(scene_, m, attributes_at(scene_, triangle, u, v));
-            if (!(coverage > 0) || !(coverage < 1)) return coverage > 0;
-            using Bits = typename detail::FloatBits<T>::Type;
-            std::uint64_t key = triangle;
-            for (int axis = 0; axis < 3; ++axis) {
-                key = derive_key(key, std::uint64_t(std::bit_cast<Bits>(ray.origin[axis])));
-                key = derive_key(key, std::uint64_t(std::bit_cast<Bits>(ray.direction[axis])));
-            }
-            return to_unit<float>(key) < coverage;
-        };
     }
 
     const Scene<T>& scene_;

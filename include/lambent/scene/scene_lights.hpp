@@ -7,6 +7,7 @@
 #include <lambent/light/triangle_light.hpp>
 #include <lambent/sampling/distribution.hpp>
 #include <lambent/scene/attributes.hpp>
+#include <lambent/scene/features.hpp>
 #include <lambent/scene/scene.hpp>
 #include <algorithm>
 #include <cstdint>
@@ -44,6 +45,7 @@ public:
 
     /// Light at point `from` on a surface of unit `normal`, wanted from its side only (normal 0: from anywhere): one
     /// light, and one direction to it. The pdf includes the pick.
+    template <SceneFeatures features = every_feature>
     LightSample<T> sample(const Vec3<T>& from, const Vec3<T>& normal, Vec2<T> u, Companion companion) const {
         T probability = 1;
         const Shares& shares = shares_[std::size_t(companion)];
@@ -58,11 +60,11 @@ public:
             const auto chosen = tree_.sample(from, normal, u.x);
             if (!(chosen.probability > 0)) return s;
             probability *= chosen.probability;
-            s = sample_one(lights_[chosen.index], from, {chosen.u, u.y});
+            s = sample_one<features>(lights_[chosen.index], from, {chosen.u, u.y});
         } else {
             const std::uint32_t index = pick(table_, u.x, probability);
             if (!(probability > 0)) return s;
-            s = sample_one(lights_[index], from, u);
+            s = sample_one<features>(lights_[index], from, u);
         }
         s.pdf *= probability;
         return s;
@@ -135,13 +137,16 @@ private:
         return Vec3<T>(emission_at(scene_, scene_.materials[scene_.spheres[index].material], Attributes()));
     }
 
+    template <SceneFeatures features>
     LightSample<T> sample_one(const LightRef& light, const Vec3<T>& from, const Vec2<T>& u) const {
         LightSample<T> s;
         switch (light.kind) {
         case Kind::punctual: s = scene_.punctual_lights[light.index].sample(from, scene_.origin); break;
         case Kind::sphere:
-            s = sphere(light.index).sample(from, u);
-            s.radiance = emission_of_sphere(light.index);
+            if constexpr (features.spheres) {
+                s = sphere(light.index).sample(from, u);
+                s.radiance = emission_of_sphere(light.index);
+            }
             break;
         case Kind::triangle: {
             Vec2<T> barycentric(0);
@@ -150,10 +155,12 @@ private:
             s = t.shape.sample(from, u, barycentric, front);
             if (!front && !t.double_sided) s.pdf = 0;
             s.radiance = t.radiance;
-            if (!t.varies || !(s.pdf > 0)) break;
-            const Material& material = scene_.materials[scene_.triangle_materials[t.primitive]];
-            const Attributes a = attributes_at(scene_, t.primitive, barycentric.x, barycentric.y);
-            s.radiance = Vec3<T>(emission_at(scene_, material, a) * coverage_at(scene_, material, a));
+            if constexpr (features.textures || features.alpha)
+                if (t.varies && s.pdf > 0) {
+                    const Material& material = scene_.materials[scene_.triangle_materials[t.primitive]];
+                    const Attributes a = attributes_at(scene_, t.primitive, barycentric.x, barycentric.y);
+                    s.radiance = Vec3<T>(emission_at(scene_, material, a) * coverage_at(scene_, material, a));
+                }
             break;
         }
         }
