@@ -11,10 +11,12 @@
 #include <lambent/core/parallel.hpp>
 #include <lambent/film/metrics.hpp>
 #include <lambent/render/adaptive.hpp>
+#include <lambent/render/counting_scene.hpp>
 #include <lambent/render/path.hpp>
 #include <lambent/render/render.hpp>
 #include <lambent/sampling/sobol.hpp>
 #include <lambent/scene/builtin.hpp>
+#include <lambent/scene/specialised_scene.hpp>
 
 namespace {
 
@@ -85,10 +87,72 @@ private:
     }
 };
 
+/// Nothing but what a plain scene of flat triangles needs, written for it: what specialisations are held against.
+struct HandCut {
+    using Scalar = float;
+    const PreparedScene<float>& scene;
+
+    Hit<float> intersect(const Ray<float>& ray) const { return scene.bvh().intersect(ray); }
+    bool occluded(const Ray<float>& ray) const { return scene.bvh().occluded(ray); }
+    bool sees_only_background(const Pyramid<float>& view) const { return scene.sees_only_background(view); }
+    Surface<float> surface(const Ray<float>& ray, const Hit<float>& hit) const {
+        const Scene<float>& data = scene.scene();
+        const UVec3 t = data.triangles[hit.primitive];
+        const Vec3f a = data.positions[t[0]], b = data.positions[t[1]], c = data.positions[t[2]];
+        const Vec3f p0 = a * (1 - hit.u - hit.v), p1 = b * hit.u, p2 = c * hit.v;
+        const Vec3f n = robust_cross(b - a, c - a);
+        Surface<float> s;
+        s.material = data.triangle_materials[hit.primitive];
+        const Material& material = data.materials[s.material];
+        s.wo = -ray.direction;
+        s.distance = hit.t;
+        s.position = p0 + p1 + p2;
+        s.position_error = triangle_error(p0, p1, p2, {a, b, c});
+        s.geometric_normal = n / std::sqrt(dot(n, n));
+        s.front = dot(s.geometric_normal, s.wo) >= 0;
+        if (!s.front) s.geometric_normal = -s.geometric_normal;
+        s.shading_normal = s.geometric_normal;
+        s.albedo = clamp(material.base_color, 0.0f, 1.0f);
+        if (s.front) s.emission = material.emission;
+        return s;
+    }
+    template <class F>
+    void with_bsdf(const Surface<float>& surface, F&& f) const {
+        if (!is_black(surface.albedo)) f(Lambert<float>{surface.albedo});
+    }
+    Vec3f background(const Vec3f& d) const { return scene.background(d); }
+    bool has_lights(Companion c) const { return scene.has_lights(c); }
+    LightSample<float> sample_light(const Vec3f& p, const Vec3f& n, const Vec2f& u, Companion c) const {
+        return scene.sample_light<no_feature>(p, n, u, c);
+    }
+    float hit_light_pdf(const Ray<float>& r, const Hit<float>& h, const Vec3f& n) const {
+        return scene.hit_light_pdf(r, h, n);
+    }
+    float background_pdf(const Vec3f& d) const { return scene.background_pdf(d); }
+};
+
+/// A path tracer that does not say what it makes of a miss, so that every sample is traced.
+struct EverySample {
+    PathIntegrator<> path{};
+    template <class S, class Stream>
+    PixelSample<float> sample(const S& scene, const Ray<float>& ray, const Stream& stream, RayCounts& counts) const {
+        return path.sample(scene, ray, stream, counts);
+    }
+};
+
 struct Subject {
     std::string name;
     Scene<float> scene;
 };
+
+/// Without what a scene has beside opaque triangles of one colour each.
+Subject plain(Subject s) {
+    for (Material& m : s.scene.materials) m.base_color_texture = {};
+    s.scene.images.clear();
+    s.scene.normals.clear();
+    s.name += " plain";
+    return s;
+}
 
 /// No light but one of one colour from everywhere: bounces find it as well as light samples would.
 Subject under_sky(Subject s) {
@@ -108,9 +172,12 @@ public:
         const Pinned pinned(sched_getcpu());
         const PreparedScene<float> scene(s.scene, serial_);
         const Camera& camera = s.scene.cameras[0];
-        const auto trace = [&](const auto& what, FilmPlanes planes) {
-            return render(what, camera, PathIntegrator<>{}, SobolSampler<float>(1),
+        const auto trace_by = [&](const auto& integrator, const auto& what, FilmPlanes planes) {
+            return render(what, camera, integrator, SobolSampler<float>(1),
                           {.width = o_.side, .height = o_.side, .end_sample = o_.spp, .planes = planes}, serial_);
+        };
+        const auto trace = [&](const auto& what, FilmPlanes planes) {
+            return trace_by(PathIntegrator<>{}, what, planes);
         };
         constexpr auto few = FilmPlanes::radiance;
         const auto plain = [&] { return trace(scene, few); };
@@ -122,6 +189,14 @@ public:
         }
         all &= compare(
             s.name, "standard material", plain, [&] { return trace(Everything<Feature::bsdf>{scene}, few); }, 0.02);
+        all &= compare(s.name, "background", plain, [&] { return trace_by(EverySample{}, scene, few); });
+        if (no_feature.hold(features_of(s.scene))) {
+            const SpecialisedScene<float, no_feature> special(scene);
+            all &= compare(s.name, "general code", [&] { return trace(special, few); }, plain);
+            if (s.scene.normals.empty())
+                all &= compare(s.name, "all but by hand", [&] { return trace(HandCut{scene}, few); },
+                               [&] { return trace(special, few); });
+        }
         all &= compare(s.name, "features", plain, [&] { return trace(scene, FilmPlanes::features); });
         all &= compare(s.name, "statistics", [&] { return trace(scene, FilmPlanes::features); },
                        [&] { return trace(scene, FilmPlanes::statistics); });
@@ -253,7 +328,7 @@ int main(int argc, char** argv) try {
     Bench bench(o);
     const Subject cornell{"builtin:cornell", cornell_scene<float>()}, room{"builtin:room", room_scene<float>()};
     bool equal = true;
-    for (const Subject& s : {cornell, room, under_sky(cornell)}) equal = bench.measure(s) && equal;
+    for (const Subject& s : {cornell, plain(cornell), room, under_sky(cornell)}) equal = bench.measure(s) && equal;
     for (const Subject& s : {cornell, room, under_sky(cornell)}) equal = bench.measure_adaptive(s, 0.1) && equal;
     return equal ? 0 : 1;
 } catch (const UsageError& e) {

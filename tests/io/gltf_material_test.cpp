@@ -103,7 +103,8 @@ TEST_CASE("glTF: each texture has coordinates of its own") {
                        R"(},"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],)"
                        R"("textures":[{"source":0}],"images":[{"uri":"absent.png"}])");
         const std::string path = folder.write("scene.gltf", text);
-        const tinygltf::Model model = lambent::detail::parse_gltf(text, path, {});
+        const lambent::detail::PartialFile file{std::string_view(text)};
+        const lambent::detail::GltfModel model = lambent::detail::parse_gltf(file, path, {});
         Scene<float> scene;
         lambent::detail::Notes notes(path);
         const LoadOptions options;

@@ -10,6 +10,7 @@
 #include <lambent/io/gltf_validate.hpp>
 #include <lambent/io/load_options.hpp>
 #include <lambent/io/notes.hpp>
+#include <lambent/io/partial_file.hpp>
 #include <lambent/io/recentre.hpp>
 #include <lambent/scene/attributes.hpp>
 #include <lambent/scene/scene.hpp>
@@ -31,8 +32,8 @@ namespace detail {
 template <class T>
 class GltfLoader {
 public:
-    GltfLoader(std::string_view bytes, const std::string& path, const LoadOptions& options)
-        : path_(path), options_(options), model_(parse_gltf(bytes, path_, options_)), notes_(path),
+    GltfLoader(const PartialFile& file, const std::string& path, const LoadOptions& options)
+        : path_(path), options_(options), model_(parse_gltf(file, path_, options_)), notes_(path),
           meshes_(model_, path_, scene_, notes_) {}
 
     template <class E>
@@ -240,7 +241,7 @@ private:
 
     const std::string path_;
     const LoadOptions options_;
-    const tinygltf::Model model_;
+    const GltfModel model_;
     Scene<T> scene_;
     Notes notes_;
     GltfMeshes<T> meshes_;
@@ -251,12 +252,14 @@ private:
 /// Loads a scene of the bytes of a .gltf or .glb file; `path` names it in messages and finds the files that it names.
 template <class T = float, class E>
 Scene<T> load_gltf_bytes(std::string_view bytes, const std::string& path, const LoadOptions& options, E& executor) {
-    return detail::GltfLoader<T>(bytes, path, options).load(executor);
+    const detail::PartialFile file(bytes);
+    return detail::GltfLoader<T>(file, path, options).load(executor);
 }
 
 /// Loads a scene of a .gltf or .glb file: every mesh instance (EXT_mesh_gpu_instancing's too) unrolled to world space, in
 /// double, then recentred; strips and fans as triangles; cameras, KHR_lights_punctual; materials with their textures and
-/// the extensions that Material has fields for. Images are decoded at the end, in parallel. A missing or unreadable one is
+/// the extensions that Material has fields for. Images are decoded at the end, in parallel; of a
+/// .glb nothing is read that no triangle needs. A missing or unreadable one is
 /// a note, and the factor is used alone. Notes also count whatever was left out: points, lines, skins, morph targets,
 /// animations, unknown extensions.
 /// throws lambent::Error, with the file and a JSON pointer, on a file that is damaged or contradicts itself, on required
@@ -264,7 +267,8 @@ Scene<T> load_gltf_bytes(std::string_view bytes, const std::string& path, const 
 /// needs   lambent::gltf; lambent::image for textures
 template <class T = float, class E>
 Scene<T> load_gltf(const std::string& path, const LoadOptions& options, E& executor) {
-    return load_gltf_bytes<T>(detail::FileBytes(path).view(), path, options, executor);
+    const detail::PartialFile file(path);
+    return detail::GltfLoader<T>(file, path, options).load(executor);
 }
 /// The same, images decoded on the calling thread.
 template <class T = float>

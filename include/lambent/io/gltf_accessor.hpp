@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/core/error.hpp>
 #include <lambent/core/vec.hpp>
+#include <lambent/io/gltf_parse.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -44,7 +45,7 @@ inline double gltf_component(const unsigned char* p, int type, bool normalized) 
 /// Reads accessors of a validated model.
 class GltfAccessors {
 public:
-    GltfAccessors(const tinygltf::Model& model, const std::string& path) : model_(model), path_(path) {}
+    GltfAccessors(const GltfModel& model, const std::string& path) : model_(model), path_(path) {}
 
     /// All elements as vectors of type V (Vec2f, Vec3f, Vec4f); components that the accessor lacks are 1.
     /// throws lambent::Error on a sparse index out of range
@@ -124,8 +125,7 @@ public:
 
 private:
     const unsigned char* bytes(int buffer_view) const {
-        const tinygltf::BufferView& view = model_.bufferViews[std::size_t(buffer_view)];
-        return model_.buffers[std::size_t(view.buffer)].data.data() + view.byteOffset;
+        return reinterpret_cast<const unsigned char*>(model_.view_bytes(buffer_view).data());
     }
 
     static std::uint32_t unsigned_integer(const unsigned char* p, std::size_t size) {
@@ -174,7 +174,7 @@ private:
         }
     }
 
-    const tinygltf::Model& model_;
+    const GltfModel& model_;
     const std::string& path_;
 };
 

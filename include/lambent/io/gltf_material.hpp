@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/core/error.hpp>
 #include <lambent/core/numerics.hpp>
+#include <lambent/io/gltf_parse.hpp>
 #include <lambent/io/load_options.hpp>
 #include <lambent/io/notes.hpp>
 #include <lambent/io/scene_root.hpp>
@@ -58,7 +59,7 @@ inline void set_gltf_transform(Texture& texture, const tinygltf::Value& transfor
 template <class T>
 class GltfMaterials {
 public:
-    GltfMaterials(const tinygltf::Model& model, const std::string& path, const LoadOptions& options, Scene<T>& scene,
+    GltfMaterials(const GltfModel& model, const std::string& path, const LoadOptions& options, Scene<T>& scene,
                   Notes& notes)
         : model_(model), path_(path), options_(options), scene_(scene), notes_(notes) {
         for (std::size_t i = 0; i < model_.materials.size(); ++i) add(model_.materials[i], pointer("materials", int(i)));
@@ -223,13 +224,7 @@ private:
 
     Image decode(int index, const std::string& name) const {
         const tinygltf::Image& image = model_.images[std::size_t(index)];
-        if (image.bufferView >= 0) {
-            const tinygltf::BufferView& view = model_.bufferViews[std::size_t(image.bufferView)];
-            const unsigned char* data =
-                model_.buffers[std::size_t(view.buffer)].data.data() + view.byteOffset;
-            return decode_texture({reinterpret_cast<const char*>(data), view.byteLength}, name,
-                                  options_.max_pixels);
-        }
+        if (image.bufferView >= 0) return decode_texture(model_.view_bytes(image.bufferView), name, options_.max_pixels);
         const bool data_uri = image.uri.empty() || image.uri.starts_with("data:");
         const std::string full = data_uri ? name : name + " (" + image.uri + ")";
         require(!image.image.empty(), [&] {
@@ -240,7 +235,7 @@ private:
                               options_.max_pixels);
     }
 
-    const tinygltf::Model& model_;
+    const GltfModel& model_;
     const std::string& path_;
     const LoadOptions& options_;
     Scene<T>& scene_;

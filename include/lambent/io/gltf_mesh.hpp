@@ -5,6 +5,7 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/io/gltf_accessor.hpp>
+#include <lambent/io/gltf_parse.hpp>
 #include <lambent/io/notes.hpp>
 #include <lambent/scene/scene.hpp>
 #include <algorithm>
@@ -29,12 +30,12 @@ inline bool gltf_has_triangles(const tinygltf::Primitive& p) {
 }
 
 /// Vertices that a primitive strings together: its indices, or its positions.
-inline std::size_t gltf_corner_count(const tinygltf::Model& model, const tinygltf::Primitive& p) {
+inline std::size_t gltf_corner_count(const GltfModel& model, const tinygltf::Primitive& p) {
     const int accessor = p.indices >= 0 ? p.indices : p.attributes.at("POSITION");
     return model.accessors[std::size_t(accessor)].count;
 }
 
-inline std::size_t gltf_triangle_count(const tinygltf::Model& model, const tinygltf::Primitive& p) {
+inline std::size_t gltf_triangle_count(const GltfModel& model, const tinygltf::Primitive& p) {
     if (!gltf_has_triangles(p)) return 0;
     const std::size_t corners = gltf_corner_count(model, p);
     if (p.mode <= TINYGLTF_MODE_TRIANGLES) return corners / 3;
@@ -53,7 +54,7 @@ UVec3 gltf_triangle(int mode, std::size_t i, Corner&& corner) {
 template <class T>
 class GltfMeshes {
 public:
-    GltfMeshes(const tinygltf::Model& model, const std::string& path, Scene<T>& scene, Notes& notes)
+    GltfMeshes(const GltfModel& model, const std::string& path, Scene<T>& scene, Notes& notes)
         : model_(model), read_(model, path), path_(path), scene_(scene), notes_(notes), bounds_(model.meshes.size()) {}
 
     /// Vertices that one copy of a mesh makes.
@@ -242,7 +243,7 @@ private:
                           std::to_string(vertices));
     }
 
-    const tinygltf::Model& model_;
+    const GltfModel& model_;
     GltfAccessors read_;
     const std::string& path_;
     Scene<T>& scene_;

@@ -5,6 +5,7 @@
 #include <lambent/core/vec.hpp>
 #include <lambent/io/gltf_accessor.hpp>
 #include <lambent/io/gltf_material.hpp>
+#include <lambent/io/gltf_parse.hpp>
 #include <lambent/io/load_options.hpp>
 #include <cmath>
 #include <cstddef>
@@ -55,7 +56,7 @@ struct GltfInstancing {
     std::size_t count = 1; ///< copies of the mesh; 1 without the extension
 
     /// throws lambent::Error where they do not fit together
-    GltfInstancing(const tinygltf::Model& model, const tinygltf::Node& node, const std::string& where) {
+    GltfInstancing(const GltfModel& model, const tinygltf::Node& node, const std::string& where) {
         const tinygltf::Value& extension = gltf_extension(node.extensions, "EXT_mesh_gpu_instancing");
         if (!extension.IsObject() || !extension.Has("attributes")) return;
         const tinygltf::Value& attributes = extension.Get("attributes");
@@ -79,7 +80,7 @@ struct GltfInstancing {
     }
 
     /// Transforms of the copies below the node's own.
-    std::vector<Mat4d> matrices(const tinygltf::Model& model, const std::string& path) const {
+    std::vector<Mat4d> matrices(const GltfModel& model, const std::string& path) const {
         const GltfAccessors read(model, path);
         const auto vectors = [&](int accessor, auto missing) {
             using V = decltype(missing);

@@ -1,8 +1,11 @@
 #pragma once
 #include <lambent/core/error.hpp>
 #include <lambent/io/file.hpp>
+#include <lambent/io/glb.hpp>
 #include <lambent/io/load_options.hpp>
+#include <lambent/io/partial_file.hpp>
 #include <lambent/io/scene_root.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -16,36 +19,6 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
-
-/// Checks a binary glTF's header and chunk lengths against the bytes that are there; gives its JSON.
-inline std::string_view check_glb(std::string_view bytes, const std::string& path) {
-    const auto word = [&](std::size_t at) {
-        std::uint32_t value = 0;
-        std::memcpy(&value, bytes.data() + at, 4);
-        return std::uint64_t(value);
-    };
-    require(bytes.size() >= 20,
-            [&] { return path + ": " + std::to_string(bytes.size()) + " bytes are no binary glTF"; });
-    require(bytes.starts_with("glTF"), [&] { return path + ": does not start with 'glTF'"; });
-    require(word(4) == 2,
-            [&] { return path + ": binary glTF version " + std::to_string(word(4)) + ", 2 is supported"; });
-    const std::uint64_t length = word(8);
-    require(length <= bytes.size(), [&] {
-        return path + ": claims " + std::to_string(length) + " bytes but has " + std::to_string(bytes.size());
-    });
-    std::uint64_t at = 12;
-    for (int chunk = 0; at + 8 <= length; ++chunk) {
-        const std::uint64_t size = word(at);
-        require(size <= length - at - 8, [&] {
-            return path + ": chunk " + std::to_string(chunk) + " claims " + std::to_string(size) +
-                   " bytes of " + std::to_string(length - at - 8);
-        });
-        require(chunk > 0 || (word(at + 4) == 0x4E4F534A && size > 0),
-                [&] { return path + ": its first chunk is not JSON"; });
-        at += 8 + size;
-    }
-    return bytes.substr(20, std::size_t(word(12)));
-}
 
 /// Checks that JSON text does not nest deeper than any glTF file does: readers recurse.
 inline void check_json_depth(std::string_view text, const std::string& path) {
@@ -121,17 +94,64 @@ private:
     std::size_t left_, most_;
 };
 
-/// Parses the bytes of a .gltf or .glb file named `path`, which of the two by its first bytes, with buffers and images
-/// loaded but nothing checked.
+/// tinygltf's model, whose first buffer may be left in the file: a .glb is read where somebody looks at it. Refers to the
+/// file.
+struct GltfModel : tinygltf::Model {
+    const PartialFile* file = nullptr; ///< that buffers[0] is left in, if it is
+    std::size_t offset = 0, length = 0; ///< of it there
+
+    std::size_t buffer_size(std::size_t buffer) const {
+        return file != nullptr && buffer == 0 ? length : buffers[buffer].data.size();
+    }
+    /// A validated buffer view's bytes.
+    std::string_view view_bytes(int view) const {
+        const tinygltf::BufferView& v = bufferViews[std::size_t(view)];
+        if (file != nullptr && v.buffer == 0) return file->range(offset + v.byteOffset, v.byteLength);
+        return {reinterpret_cast<const char*>(buffers[std::size_t(v.buffer)].data.data()) + v.byteOffset, v.byteLength};
+    }
+};
+
+/// What tinygltf gets to see of a binary glTF whose buffer it need not copy: the same JSON, but with a buffer of 4 bytes.
+/// Fills in where the true one lies. Empty if it has to see all of the file.
+inline std::string without_binary(const PartialFile& file, const GlbChunks& chunks, GltfModel& model) {
+    std::string_view json = file.range(chunks.json, chunks.json_size);
+    const auto [begin, digits] = binary_length(json);
+    if (digits == 0 || digits > 10 || chunks.json_size % 4 != 0) return {};
+    const auto length = std::size_t(std::stoull(std::string(json.substr(begin, digits))));
+    if (length == 0 || length > chunks.binary_size) return {};
+    model.file = &file;
+    model.offset = chunks.binary;
+    model.length = length;
+    std::string out(file.range(0, chunks.json + chunks.json_size));
+    out.replace(chunks.json + begin, digits, "4" + std::string(digits - 1, ' '));
+    const auto add = [&](std::uint32_t word) { out.append(reinterpret_cast<const char*>(&word), 4); };
+    add(4), add(0x004E4942), add(0);
+    const auto size = std::uint32_t(out.size());
+    std::memcpy(out.data() + 8, &size, 4);
+    return out;
+}
+
+/// Parses a .gltf or .glb file named `path`, which of the two by its first bytes, with buffers and images loaded but
+/// nothing checked, and those of a .glb left in the file.
 /// throws lambent::Error with tinygltf's words on what it notices
-inline tinygltf::Model parse_gltf(std::string_view bytes, const std::string& path, const LoadOptions& options) {
-    require(!bytes.empty(), [&] { return path + ": the file is empty"; });
-    require(bytes.size() <= std::numeric_limits<std::uint32_t>::max(),
+inline GltfModel parse_gltf(const PartialFile& file, const std::string& path, const LoadOptions& options) {
+    require(file.size() > 0, [&] { return path + ": the file is empty"; });
+    require(file.size() <= std::numeric_limits<std::uint32_t>::max(),
             [&] { return path + ": larger than 4 GiB"; });
-    const bool binary = bytes.starts_with("glTF") || extension_of(path) == "glb";
-    check_json_depth(binary ? check_glb(bytes, path) : bytes, path);
+    const bool binary = file.range(0, std::min<std::size_t>(4, file.size())) == "glTF" || extension_of(path) == "glb";
+    GltfModel model;
+    std::string_view bytes;
+    std::string shorter;
+    if (binary) {
+        const GlbChunks chunks = check_glb(file, path);
+        check_json_depth(file.range(chunks.json, chunks.json_size), path);
+        shorter = without_binary(file, chunks, model);
+        bytes = shorter.empty() ? file.all() : std::string_view(shorter);
+    } else {
+        bytes = file.all();
+        check_json_depth(bytes, path);
+    }
     GltfFiles files(path, options);
-    tinygltf::Model model;
     tinygltf::TinyGLTF parser;
     parser.SetFsCallbacks(files.callbacks());
     // Encoded images are kept and decoded later, once they are known to be used; those in a buffer view,

@@ -25,7 +25,8 @@ struct GltfSummary {
 /// Counts what a .gltf or .glb file has, after the checks that load_gltf() makes of its structure.
 /// throws lambent::Error as load_gltf() does
 inline GltfSummary summarize_gltf(const std::string& path, const LoadOptions& options = {}) {
-    const tinygltf::Model model = detail::parse_gltf(detail::read_file(path), path, options);
+    const detail::PartialFile file(path);
+    const detail::GltfModel model = detail::parse_gltf(file, path, options);
     detail::GltfValidator(model, path, options).check();
     GltfSummary s;
     s.scenes = model.scenes.size();
@@ -40,7 +41,7 @@ inline GltfSummary summarize_gltf(const std::string& path, const LoadOptions& op
     s.lights = model.lights.size();
     s.skins = model.skins.size();
     s.animations = model.animations.size();
-    for (const tinygltf::Buffer& buffer : model.buffers) s.buffer_bytes += buffer.data.size();
+    for (std::size_t i = 0; i < model.buffers.size(); ++i) s.buffer_bytes += model.buffer_size(i);
     s.extensions_used = model.extensionsUsed;
     s.extensions_required = model.extensionsRequired;
     if (model.scenes.empty()) return s;

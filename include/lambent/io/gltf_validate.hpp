@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/core/error.hpp>
 #include <lambent/core/numerics.hpp>
+#include <lambent/io/gltf_parse.hpp>
 #include <lambent/io/load_options.hpp>
 #include <algorithm>
 #include <cstddef>
@@ -31,7 +32,7 @@ inline bool gltf_extension_known(std::string_view name) {
 /// are checked where they are read.
 class GltfValidator {
 public:
-    GltfValidator(const tinygltf::Model& model, const std::string& path, const LoadOptions& options)
+    GltfValidator(const GltfModel& model, const std::string& path, const LoadOptions& options)
         : model_(model), path_(path), options_(options) {}
 
     /// throws lambent::Error with the file, a JSON pointer and the numbers
@@ -87,7 +88,7 @@ private:
     void check_buffer_view(std::size_t i) const {
         const tinygltf::BufferView& view = model_.bufferViews[i];
         index(view.buffer, model_.buffers.size(), at("bufferViews", i) + "/buffer");
-        const std::size_t size = model_.buffers[std::size_t(view.buffer)].data.size();
+        const std::size_t size = model_.buffer_size(std::size_t(view.buffer));
         if (view.byteOffset > size || view.byteLength > size - view.byteOffset)
             refuse(at("bufferViews", i), "bytes " + std::to_string(view.byteOffset) + " + " +
                                              std::to_string(view.byteLength) + " of a buffer of " +
@@ -219,7 +220,7 @@ private:
         if (!node.matrix.empty()) check_numbers(node.matrix, 16, where + "/matrix");
     }
 
-    const tinygltf::Model& model_;
+    const GltfModel& model_;
     const std::string& path_;
     const LoadOptions& options_;
 };
