@@ -109,10 +109,10 @@ files() {
 layouts() {
     [ "$(uname -m)" = x86_64 ] || { echo "SKIPPED: layouts: not an x86" && return; }
     for unit in 'sse2 -march=x86-64' 'avx -mavx' 'avx2 -mavx2 -mfma' 'avx512 -mavx512f -mavx512vl -mavx512dq -mavx512bw -mfma'; do
-        name=${unit%% *}
+        layout=${unit%% *}
         # shellcheck disable=SC2086
-        ${CXX:-g++} -std=c++20 -Wno-psabi ${CXXFLAGS:-} -O2 ${unit#* } -D LAMBENT_UNIT="${name}_report" -I include -I tests \
-            -c tests/stress/layouts/unit.cpp -o "$work/$name.o"
+        ${CXX:-g++} -std=c++20 -Wno-psabi ${CXXFLAGS:-} -O2 ${unit#* } -D LAMBENT_UNIT="${layout}_report" -I include -I tests \
+            -c tests/stress/layouts/unit.cpp -o "$work/$layout.o"
     done
     ${CXX:-g++} -std=c++20 ${CXXFLAGS:-} -O2 -D LAMBENT_ALL_LAYOUTS -I tests tests/stress/layouts/main.cpp "$work"/sse2.o \
         "$work"/avx.o "$work"/avx2.o "$work"/avx512.o -pthread -o "$work/layouts_program" && "$work/layouts_program"

@@ -197,6 +197,43 @@ TEST_CASE("denoise_light: numbers whose squares overflow count as absent in ever
         }
 }
 
+TEST_CASE("LightRegression: tiles without light around are left out, and black as they would come out") {
+    constexpr int width = 300, height = 150;
+    SerialExecutor serial;
+    const auto fitted = [&](float dark, int radius, int stride) {
+        LightRegression<float> fit(width, height, {.radius = radius, .stride = stride});
+        Random random(5);
+        Plane<float, 3> color(width, height, dark), root(width, height, std::sqrt(dark));
+        Plane<float, 1> guide(width, height), variance(width, height, 1e-3f), own(width, height, 7);
+        for (int y = 60; y < 90; ++y)
+            for (int x = 130; x < 160; ++x) {
+                const float light = float(0.5 + random.uniform());
+                color.view().store(x, y, Vec3f(light));
+                root.view().store(x, y, Vec3f(std::sqrt(light)));
+                guide.view().store(x, y, float(random.uniform()));
+            }
+        fit.set_guide(0, [&](int x, int y) { return guide.load(x, y); }, [](int, int) { return 0.01f; });
+        Plane<float, 3> out(width, height);
+        fit.run({std::as_const(color).view(), std::as_const(root).view(), std::as_const(variance).view(), {.35, .35}},
+                out.view(), serial, own.view());
+        return std::pair(out, own);
+    };
+    for (const auto& [radius, stride] : {std::pair(5, 1), std::pair(8, 2), std::pair(1, 1)}) {
+        const auto [left_out, own] = fitted(0, radius, stride);
+        const auto [all, all_own] = fitted(1e-30f, radius, stride); // as good as dark, but counted as light
+        int untouched = 0;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const bool near = x >= 130 - 2 * radius && x < 160 + 2 * radius && y >= 60 - 2 * radius && y < 90 + 2 * radius;
+                if (near) CHECK(left_out.load(x, y).x == doctest::Approx(all.load(x, y).x).epsilon(1e-6));
+                else CHECK(left_out.load(x, y) == Vec3f(0));
+                untouched += own.load(x, y) == 7;
+                CHECK(all_own.load(x, y) != 7);
+            }
+        CHECK(untouched > width * height / 2);
+    }
+}
+
 TEST_CASE("pair_average: takes a feature's noise away, not its edges") {
     Random random(4);
     Plane<float, 3> noisy(60, 30), variance(60, 30), none(60, 30);

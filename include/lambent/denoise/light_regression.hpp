@@ -129,7 +129,8 @@ public:
     }
 
     /// `out` may be the light's color. `own`, where there is one, gets a pixel's weight in its window's sum of weights:
-    /// what part of the pixel's noise is left, about.
+    /// what part of the pixel's noise is left, about. Tiles far from any light (a sky's, say) stay black, as they would
+    /// come out, and keep what `own` holds.
     /// throws  lambent::Error on a softness that is not positive
     /// threads the same bits for any executor
     template <Executor E>
@@ -143,10 +144,13 @@ public:
         }
         roots.fill(3, w_, h_, [&](int x, int y) { return light.root_variance.load(x, y); });
         const int tiles_x = (w_ + tile_w - 1) / tile_w, tiles_y = (h_ + tile_h - 1) / tile_h;
-        std::vector<std::vector<T>> said(std::size_t(tiles_x) * std::size_t(tiles_y));
+        std::vector<std::vector<T>> said(std::size_t(tiles_x) * std::size_t(tiles_y)); ///< empty: of a dark tile
+        const LitBlocks lit(light.color);
         executor.parallel_for(said.size(), 1, [&](std::size_t begin, std::size_t end) {
             Work work(o_, light.test_softness);
             for (std::size_t i = begin; i < end; ++i) {
+                // Whatever its windows speak about has windows without light alone.
+                if (!lit.any(int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, tile_w, tile_h, 3 * o_.radius)) continue;
                 said[i].assign(std::size_t(4 * reach_w() * reach_h()), T(0));
                 fit_tile(colors, roots, int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, work, said[i].data(),
                          own);
@@ -162,7 +166,8 @@ public:
                         for (int tx = first(x, tile_w); tx <= last(x, tile_w, tiles_x); ++tx) {
                             const int u = x - tx * tile_w + o_.radius, v = y - ty * tile_h + o_.radius;
                             if (u < 0 || v < 0 || u >= tile_w + 2 * o_.radius || v >= tile_h + 2 * o_.radius) continue;
-                            const T* tile = said[std::size_t(ty * tiles_x + tx)].data();
+                            const std::vector<T>& tile = said[std::size_t(ty * tiles_x + tx)];
+                            if (tile.empty()) continue;
                             for (int c = 0; c < 4; ++c) sum[c] += tile[said_index(c, u, v)];
                         }
                     const T vote = T(o_.own_vote);
@@ -175,6 +180,30 @@ public:
 
 private:
     static constexpr int tile_w = 64, tile_h = 16; ///< pixels of a tile; its width holds whole Packs of centers
+
+    /// Which squares of an image hold light.
+    class LitBlocks {
+    public:
+        explicit LitBlocks(const PixelView<const T, 3>& color)
+            : across_((color.width() + side - 1) / side), down_((color.height() + side - 1) / side),
+              lit_(std::size_t(across_) * std::size_t(down_)) {
+            for (int y = 0; y < color.height(); ++y)
+                for (int x = 0; x < color.width(); ++x)
+                    if (color.load(x, y) != Vec3<T>(0)) lit_[std::size_t(y / side * across_ + x / side)] = 1;
+        }
+        /// Any in a rectangle and as far around it.
+        bool any(int x, int y, int width, int height, int around) const {
+            for (int j = std::max(0, y - around) / side; j < down_ && j * side < y + height + around; ++j)
+                for (int i = std::max(0, x - around) / side; i < across_ && i * side < x + width + around; ++i)
+                    if (lit_[std::size_t(j * across_ + i)] != 0) return true;
+            return false;
+        }
+
+    private:
+        static constexpr int side = 8;
+        int across_, down_;
+        std::vector<char> lit_;
+    };
 
     static const LightRegressionOptions& checked(int w, int h, const LightRegressionOptions& o) {
         require(w > 0 && h > 0, "LightRegression: the image is empty");
