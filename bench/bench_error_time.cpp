@@ -86,8 +86,8 @@ struct Subject {
 };
 
 PixelData<float> trace(const Subject& s, const PreparedScene<float>& prepared, const std::string& estimator,
-                       std::uint64_t spp, std::uint32_t seed, ThreadExecutor& threads) {
-    const RenderOptions options{.width = s.width, .height = s.height, .end_sample = spp};
+                       std::uint64_t spp, std::uint32_t seed, FilmPlanes planes, ThreadExecutor& threads) {
+    const RenderOptions options{.width = s.width, .height = s.height, .end_sample = spp, .planes = planes};
     const auto go = [&](const auto& integrator, const auto& sampler) {
         return render(prepared, s.camera, integrator, sampler, options, threads);
     };
@@ -193,6 +193,22 @@ int last_processor() {
     return last;
 }
 
+/// Each denoised image beside what the same time would have given as samples: the ratio of the errors, more than 1
+/// where denoising wins.
+void print_equal_time(const Options& o, const Subject& s, const std::map<std::string, std::vector<Point>>& curves) {
+    for (const auto& [method, curve] : curves) {
+        const auto raw = curves.find(method.substr(0, method.find('+')));
+        if (method.find('+') == method.npos || raw == curves.end()) continue;
+        for (const Point& p : curve) {
+            const double samples_alone = error_after(p.seconds, raw->second);
+            Line line(o.json);
+            line.add("scene", s.name).add("method", method).words().add("denoised_spp", double(p.spp));
+            line.add("error", std::sqrt(p.rel_mse)).add("error_of_samples_in_that_time", std::sqrt(samples_alone));
+            line.add("equal_time_gain", samples_alone / p.rel_mse);
+        }
+    }
+}
+
 /// Measures one scene and prints its rows. Returns whether everyone's image is the reference's in the mean.
 bool measure(const Options& o, const std::string& name, ThreadExecutor& threads) {
     Subject s = make_subject(o, name);
@@ -203,10 +219,10 @@ bool measure(const Options& o, const std::string& name, ThreadExecutor& threads)
         std::fprintf(stderr, "%s: renders a reference with %llu samples a pixel\n", s.name.c_str(),
                      (unsigned long long)(16 * most));
         ThreadExecutor all;
-        s.reference = trace(s, prepared, "path", 16 * most, 1000, all).radiance;
+        s.reference = trace(s, prepared, "path", 16 * most, 1000, FilmPlanes::radiance, all).radiance;
     }
     const Pinned pinned(o.python.empty() ? std::nullopt : std::optional<int>(last_processor()));
-    s.mask = emitter_mask(trace(s, prepared, "path", 64, 2000, threads).emission.view());
+    s.mask = emitter_mask(trace(s, prepared, "path", 64, 2000, FilmPlanes::features, threads).emission.view());
     const Plane<float, 3>& reference = s.reference;
 
     std::vector<Method> methods;
@@ -283,24 +299,28 @@ bool measure(const Options& o, const std::string& name, ThreadExecutor& threads)
         };
         for (int round = 0; round < o.rounds; ++round) {
             const auto seed = std::uint32_t(round) + 1;
-            for (const std::string& estimator : estimators) {
-                if (std::none_of(methods.begin(), methods.end(),
-                                 [&](const Method& m) { return m.estimator == estimator; }))
-                    continue;
-                const double start = cpu_seconds();
-                const PixelData<float> frame = trace(s, prepared, estimator, spp, seed, threads);
-                const double render_s = cpu_seconds() - start;
-                for (const Method& m : methods) {
-                    if (m.estimator != estimator) continue;
-                    if (m.denoiser.empty()) {
-                        take(m.name, frame.radiance.view(), render_s);
-                        continue;
+            for (const std::string& estimator : estimators)
+                for (const bool denoised : {false, true}) { // which takes planes that cost some time
+                    const auto ours = [&](const Method& m) {
+                        return m.estimator == estimator && m.denoiser.empty() != denoised;
+                    };
+                    if (std::none_of(methods.begin(), methods.end(), ours)) continue;
+                    const double start = cpu_seconds();
+                    const PixelData<float> frame =
+                        trace(s, prepared, estimator, spp, seed,
+                              denoised ? FilmPlanes::statistics : FilmPlanes::features, threads);
+                    const double render_s = cpu_seconds() - start;
+                    for (const Method& m : methods) {
+                        if (!ours(m)) continue;
+                        if (!denoised) {
+                            take(m.name, frame.radiance.view(), render_s);
+                            continue;
+                        }
+                        const double filter_start = cpu_seconds();
+                        const auto clean = denoise_frame(frame, denoise_options(m.denoiser), threads);
+                        take(m.name, clean.radiance.view(), render_s + cpu_seconds() - filter_start);
                     }
-                    const double filter_start = cpu_seconds();
-                    const auto clean = denoise_frame(frame, denoise_options(m.denoiser), threads);
-                    take(m.name, clean.radiance.view(), render_s + cpu_seconds() - filter_start);
                 }
-            }
             for (const auto& peer : peers) {
                 const Peer::Answer answer = peer_image(peer.first, spp, seed);
                 take(peer.first, rgb_view(answer.rgb.data(), s.width, s.height), answer.seconds);
@@ -324,6 +344,7 @@ bool measure(const Options& o, const std::string& name, ThreadExecutor& threads)
             line.add("wrong", wrong ? 1 : 0);
         }
     }
+    print_equal_time(o, s, curves);
     const auto own_target = targets.find(s.name);
     const double target = o.target > 0 ? o.target : own_target == targets.end() ? 0 : own_target->second;
     if (target > 0) {

@@ -62,6 +62,8 @@ std::string error_time_section(const Data& data, const std::vector<Row>& rows) {
     out += folded("Slopes and efficiency", table(slopes));
     const std::vector<Row> to_target = with(rows, "target");
     if (!to_target.empty()) out += folded("Seconds to a given relative MSE", table(to_target));
+    const std::vector<Row> equal_time = with(rows, "equal_time_gain");
+    if (!equal_time.empty()) out += folded("Denoised, against more samples in the same time", table(equal_time));
     return out + folded("All rows", table(curves));
 }
 
