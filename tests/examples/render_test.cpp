@@ -295,6 +295,14 @@ TEST_CASE(
     CHECK(desk.says("skipped          mis"));
     REQUIRE(desk.render("--error-target 0.2 --explain") == 0);
     CHECK(desk.says("% of the pixels, which saves"));
+    CHECK(!desk.says("general_code"));
+    const std::string wide = " --size 128x48 --spp 16 --quiet --explain --denoise none --stats s.json";
+    REQUIRE(desk.run(LAMBENT_RENDER, "builtin:cornell" + wide) == 0);
+    CHECK(desk.says("samples were not traced: their tiles see one colour alone")); // left and right of the box
+    CHECK(Json::parse(desk.bytes("s.json"))["background_samples"].number > 1000);
+    REQUIRE(desk.run(LAMBENT_RENDER, "builtin:door" + wide) == 0);
+    CHECK(desk.says("skipped          general_code"));
+    CHECK(Json::parse(desk.bytes("s.json"))["background_samples"].number == 0);
     REQUIRE(desk.render("--spp 2") == 0);
     CHECK(desk.said().empty());
 }
