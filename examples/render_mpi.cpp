@@ -85,7 +85,12 @@ Work render_share(Job& job, FilmState<float>& state, const std::vector<SampleRan
         for (const SampleRange& rest : state.film.missing(range)) missing.push_back(rest);
     Passes passes(job, state);
     passes.run(missing);
-    return {passes.rays, passes.rendering_s, passes.saving_s, state.film.total_samples() - before, job.threads.concurrency()};
+    return {.rays = passes.rays,
+            .background_samples = passes.background_samples,
+            .rendering_s = passes.rendering_s,
+            .saving_s = passes.saving_s,
+            .samples = state.film.total_samples() - before,
+            .threads = job.threads.concurrency()};
 }
 
 /// Waits for every rank in turn and takes what it left. Returns those that died.

@@ -97,8 +97,12 @@ int run(const Options& o) {
 
     const bool interrupted = interrupt::asked() && !passes.finished, keep_state = o.wants_state() || interrupted;
     const std::uint64_t samples = state.film.total_samples() - resumed;
-    const Work work{passes.rays, passes.background_samples, passes.rendering_s, passes.saving_s, samples,
-                    job.threads.concurrency()};
+    const Work work{.rays = passes.rays,
+                    .background_samples = passes.background_samples,
+                    .rendering_s = passes.rendering_s,
+                    .saving_s = passes.saving_s,
+                    .samples = samples,
+                    .threads = job.threads.concurrency()};
     write_results(job, state, work, keep_state, whole);
     if (!passes.finished && keep_state && (interrupted || !o.quiet))
         std::fprintf(stderr, "%s: %llu samples a pixel are saved in %s; to go on:\n  %s\n",
