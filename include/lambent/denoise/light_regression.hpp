@@ -192,9 +192,9 @@ private:
                     if (color.load(x, y) != Vec3<T>(0)) lit_[std::size_t(y / side * across_ + x / side)] = 1;
         }
         /// Any in a rectangle and as far around it.
-        bool any(int x, int y, int width, int height, int around) const {
-            for (int j = std::max(0, y - around) / side; j < down_ && j * side < y + height + around; ++j)
-                for (int i = std::max(0, x - around) / side; i < across_ && i * side < x + width + around; ++i)
+        bool any(int x, int y, int across, int down, int around) const {
+            for (int j = std::max(0, y - around) / side; j < down_ && j * side < y + down + around; ++j)
+                for (int i = std::max(0, x - around) / side; i < across_ && i * side < x + across + around; ++i)
                     if (lit_[std::size_t(j * across_ + i)] != 0) return true;
             return false;
         }
