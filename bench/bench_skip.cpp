@@ -11,7 +11,6 @@
 #include <lambent/core/parallel.hpp>
 #include <lambent/film/metrics.hpp>
 #include <lambent/render/adaptive.hpp>
-#include <lambent/render/counting_scene.hpp>
 #include <lambent/render/path.hpp>
 #include <lambent/render/render.hpp>
 #include <lambent/sampling/sobol.hpp>

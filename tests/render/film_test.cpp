@@ -1,3 +1,4 @@
+#include "same_bits.hpp"
 #include "support/random.hpp"
 #include <lambent/core/parallel.hpp>
 #include <lambent/film/film.hpp>
@@ -10,10 +11,10 @@
 #include <support/statistics.hpp>
 #include <doctest/doctest.h>
 #include <algorithm>
-#include <cstring>
 #include <vector>
 
 using namespace lambent;
+using lambent_test::same_bits;
 
 namespace {
 
@@ -31,17 +32,6 @@ struct ShuffledExecutor {
         for (const std::size_t begin : ranges) f(begin, std::min(n, begin + grain));
     }
 };
-
-bool same_bits(const Film<float>& a, const Film<float>& b) {
-    if (a.blocks().size() != b.blocks().size() || a.material() != b.material()) return false;
-    for (std::size_t i = 0; i < a.blocks().size(); ++i) {
-        const auto &x = a.blocks()[i], &y = b.blocks()[i];
-        if (!(x.samples == y.samples) || x.sums.size() != y.sums.size() ||
-            std::memcmp(x.sums.data(), y.sums.data(), x.sums.size() * sizeof(float)) != 0)
-            return false;
-    }
-    return true;
-}
 
 struct Room {
     Scene<float> scene = room_scene<float>(2);

@@ -1,6 +1,6 @@
 // What is left out for a scene that doesn't need it changes no bit.
+#include "same_bits.hpp"
 #include "support/random.hpp"
-#include <cstring>
 #include <doctest/doctest.h>
 #include <lambent/core/parallel.hpp>
 #include <lambent/render/ambient_occlusion.hpp>
@@ -14,6 +14,7 @@
 #include <lambent/scene/specialised_scene.hpp>
 
 using namespace lambent;
+using lambent_test::same_bits;
 
 namespace {
 
@@ -49,17 +50,6 @@ Rendered rendered(const S& scene, const Camera& camera, const I& integrator, Ren
     ThreadExecutor threads(2);
     r.result = render(r.film, scene, camera, integrator, SobolSampler<float>(3), options, threads, [] { return true; });
     return r;
-}
-
-bool same_bits(const Film<float>& a, const Film<float>& b) {
-    if (a.blocks().size() != b.blocks().size() || a.material() != b.material() || a.rejected() != b.rejected()) return false;
-    for (std::size_t i = 0; i < a.blocks().size(); ++i) {
-        const auto &x = a.blocks()[i], &y = b.blocks()[i];
-        if (!(x.samples == y.samples) || x.sums.size() != y.sums.size() ||
-            std::memcmp(x.sums.data(), y.sums.data(), x.sums.size() * sizeof(float)) != 0)
-            return false;
-    }
-    return true;
 }
 
 } // namespace

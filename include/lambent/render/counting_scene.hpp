@@ -10,10 +10,10 @@ inline namespace LAMBENT_ABI {
 /// What a scene was asked. shadow = light samples that were not worth a ray left out.
 struct SceneCounts {
     std::uint64_t closest = 0, shadow = 0; ///< rays
-    std::uint64_t nodes = 0;               ///< of the tree, opened by both kinds
+    std::uint64_t nodes = 0;               ///< of the tree, opened by both kinds, as if cameras saw all back sides
     std::uint64_t light_samples = 0;       ///< drawn; a shadow ray is saved for each beyond `shadow`
     std::uint64_t surfaces = 0;            ///< points of surfaces that were made out
-    std::uint64_t lookups = 0;             ///< of textures, for those
+    std::uint64_t lookups = 0;             ///< texture slots in use of their materials: each is looked up at most once
 };
 
 /// A prepared scene that counts what integrators ask of it; the same pixels, to the bit. Every ray goes through the tree
