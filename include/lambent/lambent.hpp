@@ -12,11 +12,13 @@
 #include <lambent/bvh/interleaved.hpp>
 #include <lambent/bvh/leaves.hpp>
 #include <lambent/bvh/may_meet.hpp>
+#include <lambent/bvh/occlusion_group.hpp>
 #include <lambent/bvh/once.hpp>
 #include <lambent/bvh/overlap.hpp>
 #include <lambent/bvh/packet.hpp>
 #include <lambent/bvh/primitive.hpp>
 #include <lambent/bvh/primitive_leaves.hpp>
+#include <lambent/bvh/ray_group.hpp>
 #include <lambent/bvh/refit.hpp>
 #include <lambent/bvh/reinsertion.hpp>
 #include <lambent/bvh/serialize.hpp>
@@ -43,6 +45,7 @@
 #include <lambent/core/pyramid.hpp>
 #include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
+#include <lambent/core/simd_mask.hpp>
 #include <lambent/core/simd_order.hpp>
 #include <lambent/core/sincos.hpp>
 #include <lambent/core/vec.hpp>

@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/bvh/interleaved.hpp>
+#include <lambent/bvh/occlusion_group.hpp>
 #include <lambent/bvh/packet.hpp>
 #include <lambent/bvh/traverse.hpp>
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <utility>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -19,7 +21,7 @@ namespace detail {
 template <Query query>
 inline constexpr std::size_t large_tree = query == Query::any ? std::size_t(16) << 20 : std::size_t(4) << 20;
 
-/// All of a batch: rays that go the same way in packets, the others interleaved or one by one.
+/// All of a batch: rays that go the same way together, the others interleaved or one by one.
 template <Query query, class T, class Leaves, class Accept, class RayOf, class Report>
 class Batch {
 public:
@@ -29,62 +31,119 @@ public:
         : tree_(tree), leaves_(leaves), accept_(accept), ray_of_(ray_of), report_(report) {}
 
     void run(std::size_t count) {
-        if constexpr (std::same_as<typename Leaves::Block, TriangleBlock<T>>) {
-            if (!tree_.nodes.empty()) return run_in_packets(count);
+        if constexpr (std::same_as<Leaves, StoredTriangles<T>>) {
+            if (!tree_.nodes.empty()) {
+                if constexpr (query == Query::closest) return run_in_packets(count);
+                if constexpr (OcclusionGroup<T, Accept>::pays) return run_in_groups(count);
+            }
         }
         scattered(count, ray_of_, report_);
     }
 
 private:
-    using Bundle = Packet<query, T, Accept>;
-    static constexpr std::size_t chunk = Bundle::capacity, most_skipped = 15;
-    static constexpr int fewest = 12; // rays that make a packet worthwhile
-    static_assert(chunk == 64); // a bit each
+    using Kind = RayKind<T>;
+    static constexpr std::size_t most_skipped = 15;
 
-    /// Chunks in which nothing goes the same way are followed by more of their like: fewer and fewer are looked at.
-    void run_in_packets(std::size_t count) {
-        Bundle packet(tree_, accept_);
-        std::uint32_t rest[16 * chunk];
-        std::size_t rest_count = 0, skip = 0, to_skip = 0;
-        for (std::size_t begin = 0; begin < count; begin += chunk) {
-            const std::size_t size = std::min(chunk, count - begin);
-            std::uint64_t open = size == 64 ? ~0ull : (1ull << size) - 1;
-            if (to_skip > 0) {
-                --to_skip;
-            } else {
-                skip = form_packets(packet, begin, size, open) ? 0 : std::min(2 * skip + 1, most_skipped);
-                to_skip = skip;
-            }
-            for (; open != 0; open &= open - 1)
-                rest[rest_count++] = std::uint32_t(begin + std::size_t(std::countr_zero(open)));
-            if (rest_count + chunk > std::size(rest) || begin + chunk >= count) {
-                scattered(
-                    rest_count, [&](std::size_t i) -> decltype(auto) { return ray_of_(rest[i]); },
-                    [&](std::size_t i, const Hit<T>& hit) { report_(rest[i], hit); });
-                rest_count = 0;
-            }
-        }
+    /// Rays that go by themselves, of one part of the batch after the other.
+    struct Rest {
+        std::uint32_t rays[1024];
+        std::size_t count = 0;
+
+        void add(std::size_t ray) { rays[count++] = std::uint32_t(ray); }
+        /// For the next `coming` rays.
+        bool has_room(std::size_t coming) const { return count + coming <= std::size(rays); }
+    };
+
+    void trace(Rest& rest) {
+        scattered(
+            rest.count, [&](std::size_t i) -> decltype(auto) { return ray_of_(rest.rays[i]); },
+            [&](std::size_t i, const Hit<T>& hit) { report_(rest.rays[i], hit); });
+        rest.count = 0;
     }
 
-    /// Takes what goes in packets out of `open`, a bit a ray; false if nothing does.
-    bool form_packets(Bundle& packet, std::size_t begin, std::size_t size, std::uint64_t& open) {
-        std::uint64_t by_kind[Bundle::kinds + 1] = {}; // the last for rays that hit nothing
-        for (std::size_t i = 0; i < size; ++i) by_kind[Bundle::kind(ray_of_(begin + i))] |= 1ull << i;
-        bool any = false;
-        for (int kind = 0; kind < Bundle::kinds; ++kind) {
-            if (std::popcount(by_kind[kind]) < fewest) continue;
-            std::uint32_t members[chunk];
-            int count = 0;
-            for (std::uint64_t left = by_kind[kind]; left != 0; left &= left - 1)
-                members[count++] = std::uint32_t(begin + std::size_t(std::countr_zero(left)));
-            if (!Bundle::promising(members, count, kind, ray_of_) || !packet.gather(members, count, kind, ray_of_))
-                continue;
-            packet.run();
-            for (int i = 0; i < count; ++i) report_(members[i], packet.hit(i));
-            open &= ~by_kind[kind];
-            any = true;
+    /// part(begin, end, rest) traces the rays of a part of the batch together and leaves the others to `rest`; false if
+    /// that did not pay. Such parts are followed by more of their like: fewer and fewer are then tried.
+    template <class Part>
+    void in_parts(std::size_t count, std::size_t size, const Part& part) {
+        Rest rest;
+        std::size_t skip = 0, to_skip = 0;
+        for (std::size_t begin = 0; begin < count; begin += size) {
+            const std::size_t end = std::min(count, begin + size);
+            if (!rest.has_room(size)) trace(rest);
+            if (to_skip > 0) {
+                --to_skip;
+                for (std::size_t i = begin; i < end; ++i) rest.add(i);
+            } else {
+                skip = part(begin, end, rest) ? 0 : std::min(2 * skip + 1, most_skipped);
+                to_skip = skip;
+            }
         }
-        return any;
+        trace(rest);
+    }
+
+    void run_in_packets(std::size_t count) {
+        using Bundle = Packet<T, Accept>;
+        constexpr int fewest = 12; // rays that make a packet worthwhile
+        static_assert(Bundle::capacity == 64); // a bit each
+        Bundle packet(tree_, accept_);
+        in_parts(count, Bundle::capacity, [&](std::size_t begin, std::size_t end, Rest& rest) {
+            std::uint64_t by_kind[Kind::count + 1] = {};
+            for (std::size_t i = begin; i < end; ++i) by_kind[Kind::of(ray_of_(i))] |= 1ull << (i - begin);
+            bool any = false;
+            for (int kind = 0; kind <= Kind::count; ++kind) {
+                if (by_kind[kind] == 0) continue;
+                std::uint32_t members[Bundle::capacity];
+                int size = 0;
+                for (std::uint64_t left = by_kind[kind]; left != 0; left &= left - 1)
+                    members[size++] = std::uint32_t(begin + std::size_t(std::countr_zero(left)));
+                if (kind < Kind::count && size >= fewest && Bundle::promising(members, size, kind, ray_of_) &&
+                    packet.run(members, size, kind, ray_of_)) {
+                    for (int i = 0; i < size; ++i) report_(members[i], packet.hit(i));
+                    any = true;
+                } else {
+                    for (int i = 0; i < size; ++i) rest.add(members[i]);
+                }
+            }
+            return any;
+        });
+    }
+
+    void run_in_groups(std::size_t count) {
+        using Group = OcclusionGroup<T, Accept>;
+        constexpr std::size_t part = 512; // rays enough to fill groups, few enough to start near each other
+        constexpr int fewest = 4;         // rays that make a group worthwhile
+        constexpr unsigned lonely = 2;    // subtrees a ray, in which it went by itself: too many
+        Group group(tree_, leaves_, accept_);
+        in_parts(count, part, [&](std::size_t begin, std::size_t end, Rest& rest) {
+            std::uint32_t waiting[Kind::count][Group::lanes];
+            int waits[Kind::count] = {};
+            const auto go = [&](int kind) {
+                const std::uint32_t* const members = waiting[kind];
+                const int size = std::exchange(waits[kind], 0);
+                if (size < fewest) {
+                    for (int i = 0; i < size; ++i) rest.add(members[i]);
+                    return;
+                }
+                const unsigned occluded =
+                    group.run(size, kind, [&](int i) -> decltype(auto) { return ray_of_(members[i]); });
+                for (int i = 0; i < size; ++i) {
+                    Hit<T> hit;
+                    if ((occluded >> i & 1u) != 0) hit.primitive = 0; // some
+                    report_(members[i], hit);
+                }
+            };
+            for (std::size_t i = begin; i < end; ++i) {
+                const int kind = Kind::of(ray_of_(i));
+                if (kind == Kind::count) {
+                    rest.add(i);
+                    continue;
+                }
+                waiting[kind][waits[kind]++] = std::uint32_t(i);
+                if (waits[kind] == Group::lanes) go(kind);
+            }
+            for (int kind = 0; kind < Kind::count; ++kind) go(kind);
+            return group.take_alone() <= lonely * unsigned(end - begin);
+        });
     }
 
     template <class Rays, class Tell>

@@ -240,7 +240,14 @@ struct StoredTriangles {
     template <detail::Query query, class Accept>
     [[gnu::always_inline]] bool meet(const Query& q, const Block* block, int count, const Accept& accept,
                                      Hit<T>& hit) const {
-        return count == 1 ? meet_lanes<query, 4>(q, block, accept, hit) : meet_lanes<query, 8>(q, block, accept, hit);
+        if (count == 1) return meet_lanes<query, 4>(q, block, accept, hit);
+        if constexpr (native_width<T> >= 8) {
+            return meet_lanes<query, 8>(q, block, accept, hit);
+        } else { // compilers compare packs wider than registers lane by lane
+            const bool first = meet_lanes<query, 4>(q, block, accept, hit);
+            if (query == detail::Query::any && first) return true;
+            return meet_lanes<query, 4>(q, block + 1, accept, hit) || first;
+        }
     }
 
 private:

@@ -84,16 +84,13 @@ struct SlabRay {
     template <class Tree>
     [[gnu::always_inline]] bool start(const Ray<T>& ray, const Tree& tree) {
         using Four = Pack<T, 4>;
-        using Bits = typename Mask<T, 4>::Vector;
         constexpr T u = std::numeric_limits<T>::epsilon() / 2;
         const auto spread = [](T x, T y, T z) { return Four(typename Four::Vector{x, y, z, 0}); };
         const Four o = spread(ray.origin.x, ray.origin.y, ray.origin.z);
         const Four d = spread(ray.direction.x, ray.direction.y, ray.direction.z);
-        const Four size = abs(d), ends = abs(spread(ray.t_min, ray.t_max, 0));
+        const Four size = abs(d), ends = spread(ray.t_min, ray.t_max, 0);
         along = std::max(size[0], std::max(size[1], size[2]));
-        constexpr auto infinite = typename Mask<T, 4>::Lane(FloatBits<T>::exponent);
-        const Bits wrong = (Bits(abs(o).v) >= infinite) | (Bits(size.v) >= infinite) | (Bits(ends.v) > infinite);
-        if (bits(Mask<T, 4>{wrong}) != 0 || !(along >= std::numeric_limits<T>::min())) return false;
+        if (!all(is_finite(o) & is_finite(d) & ~is_nan(ends)) || !(along >= std::numeric_limits<T>::min())) return false;
 
         const Four reaches = abs(o - Four::load(tree.center)) + Four::load(tree.half_size);
         const T reach = std::max(reaches[0], std::max(reaches[1], reaches[2]));
@@ -176,7 +173,7 @@ template <class T, class Block>
 /// leaves  what lies in the leaves, and how a ray meets it: see leaves.hpp
 template <Query query, class T, class Leaves, class Accept>
 [[gnu::noinline]] Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves,
-                                  const Ray<T>& ray, const Accept& accept) {
+                                  const Ray<T>& ray, const Accept& accept, std::uint32_t from = 0) {
     constexpr int width = node_width<T>;
     using Lanes = Pack<T, width>;
     using Block = typename Leaves::Block;
@@ -193,7 +190,7 @@ template <Query query, class T, class Leaves, class Accept>
     alignas(64) T distances[query == Query::any ? 1 : max_stack<T>];
     alignas(64) std::uint32_t children[max_stack<T>];
     std::size_t top = 0;
-    std::uint32_t current = 0;
+    std::uint32_t current = from;
     const auto lane_of = [](T tagged) { return int(std::bit_cast<typename FloatBits<T>::Type>(tagged) & (width - 1)); };
     const auto push = [&](T distance, std::uint32_t child) {
         distances[top] = distance;

@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/core/config.hpp>
 #include <lambent/core/numerics.hpp>
+#include <lambent/core/simd_mask.hpp>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -8,15 +9,6 @@
 #include <cstring>
 #include <limits>
 #include <type_traits>
-#if defined(__AVX__)
-#include <immintrin.h> // with AVX-512, five times what <vector> takes to compile
-#elif defined(__SSE4_1__)
-#include <smmintrin.h>
-#elif defined(__SSE2__)
-#include <emmintrin.h>
-#elif defined(__aarch64__)
-#include <arm_neon.h>
-#endif
 
 /// Pack<T, N>: N floats or doubles in one register, on the compilers' vector extensions plus the handful of
 /// intrinsics that they lack. Here and in simd_order.hpp are the only ones. Every width works on every machine; what the
@@ -28,52 +20,12 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// The number of T that one register of this build holds; 4 where there is none.
-template <class T>
-inline constexpr int native_width =
-#if defined(__AVX512F__)
-    int(64 / sizeof(T));
-#elif defined(__AVX__)
-    int(32 / sizeof(T));
-#else
-    sizeof(T) == 4 ? 4 : 2;
-#endif
-
-/// Whether one instruction loads a value from memory into all lanes; elsewhere it pays to store them spread.
-template <class T>
-inline constexpr bool loads_spread =
-#if defined(__AVX__) || defined(__aarch64__)
-    true;
-#else
-    false;
-#endif
-
+template <class T, int N> struct Pack;
 namespace detail {
-template <class T, int N>
-struct VectorOf {
-    typedef T Type __attribute__((vector_size(sizeof(T) * N)));
-};
-
-template <class Wanted, int width, class T, int N>
-inline constexpr bool is_pack = std::is_same_v<Wanted, T> && width == N;
-
-/// Wider than one register of this build, so made of two halves.
-template <class T, int N>
-inline constexpr bool splits = N > native_width<T>;
+enum class Comparison { less, less_equal, equal };
+template <Comparison comparison, class T, int N>
+Mask<T, N> compare(Pack<T, N> a, Pack<T, N> b);
 } // namespace detail
-
-/// The result of a comparison: lanes of all ones or all zeros.
-template <class T, int N>
-struct Mask {
-    using Lane = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
-    using Vector = typename detail::VectorOf<Lane, N>::Type;
-    Vector v;
-
-    friend Mask operator&(Mask a, Mask b) { return {a.v & b.v}; }
-    friend Mask operator|(Mask a, Mask b) { return {a.v | b.v}; }
-    friend Mask operator^(Mask a, Mask b) { return {a.v ^ b.v}; }
-    friend Mask operator~(Mask a) { return {~a.v}; }
-};
 
 /// N values of T side by side. Operators work lane by lane; comparisons give a Mask.
 template <class T, int N>
@@ -106,18 +58,12 @@ struct Pack {
     Pack& operator-=(Pack b) { return *this = *this - b; }
     Pack& operator*=(Pack b) { return *this = *this * b; }
 
-    friend Mask<T, N> operator<(Pack a, Pack b) { return {a.v < b.v}; }
-    friend Mask<T, N> operator<=(Pack a, Pack b) { return {a.v <= b.v}; }
-    friend Mask<T, N> operator>(Pack a, Pack b) { return {a.v > b.v}; }
-    friend Mask<T, N> operator>=(Pack a, Pack b) { return {a.v >= b.v}; }
-    friend Mask<T, N> operator==(Pack a, Pack b) { return {a.v == b.v}; }
+    friend Mask<T, N> operator<(Pack a, Pack b) { return detail::compare<detail::Comparison::less, T, N>(a, b); }
+    friend Mask<T, N> operator<=(Pack a, Pack b) { return detail::compare<detail::Comparison::less_equal, T, N>(a, b); }
+    friend Mask<T, N> operator>(Pack a, Pack b) { return detail::compare<detail::Comparison::less, T, N>(b, a); }
+    friend Mask<T, N> operator>=(Pack a, Pack b) { return detail::compare<detail::Comparison::less_equal, T, N>(b, a); }
+    friend Mask<T, N> operator==(Pack a, Pack b) { return detail::compare<detail::Comparison::equal, T, N>(a, b); }
 };
-
-/// a where the mask is set, else b.
-template <class T, int N>
-[[gnu::always_inline]] inline Pack<T, N> select(Mask<T, N> mask, Pack<T, N> a, Pack<T, N> b) {
-    return mask.v ? a.v : b.v;
-}
 
 /// The first and the second half of the lanes.
 template <class T, int N>
@@ -147,13 +93,50 @@ inline Pack<To, N> convert(Pack<T, N> a) {
     return __builtin_convertvector(a.v, typename Pack<To, N>::Vector);
 }
 
+namespace detail {
+template <Comparison comparison, class T, int N>
+[[gnu::always_inline]] inline Mask<T, N> compare(Pack<T, N> a, Pack<T, N> b) {
+#if defined(__AVX512F__)
+    constexpr int how = comparison == Comparison::less         ? _CMP_LT_OS
+                        : comparison == Comparison::less_equal ? _CMP_LE_OS
+                                                               : _CMP_EQ_OQ;
+    if constexpr (is_pack<float, 16, T, N>) return {_mm512_cmp_ps_mask(__m512(a.v), __m512(b.v), how)};
+    if constexpr (is_pack<double, 8, T, N>) return {_mm512_cmp_pd_mask(__m512d(a.v), __m512d(b.v), how)};
+#endif
+    if constexpr (Mask<T, N>::in_halves) {
+        return {{compare<comparison>(low_half(a), low_half(b)), compare<comparison>(high_half(a), high_half(b))}};
+    } else if constexpr (!Mask<T, N>::one_bit_a_lane) {
+        if constexpr (comparison == Comparison::less) return {a.v < b.v};
+        if constexpr (comparison == Comparison::less_equal) return {a.v <= b.v};
+        if constexpr (comparison == Comparison::equal) return {a.v == b.v};
+    }
+}
+} // namespace detail
+
+/// a where the mask is set, else b.
+template <class T, int N>
+[[gnu::always_inline]] inline Pack<T, N> select(Mask<T, N> mask, Pack<T, N> a, Pack<T, N> b) {
+#if defined(__AVX512F__)
+    using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
+    if constexpr (detail::is_pack<float, 16, T, N>)
+        return Vector(_mm512_mask_blend_ps(mask.v, __m512(b.v), __m512(a.v)));
+    if constexpr (detail::is_pack<double, 8, T, N>)
+        return Vector(_mm512_mask_blend_pd(__mmask8(mask.v), __m512d(b.v), __m512d(a.v)));
+#endif
+    if constexpr (Mask<T, N>::in_halves) {
+        return join(select(mask.v.low, low_half(a), low_half(b)), select(mask.v.high, high_half(a), high_half(b)));
+    } else if constexpr (!Mask<T, N>::one_bit_a_lane) {
+        return mask.v ? a.v : b.v;
+    }
+}
+
 /// Lane-wise a < b ? a : b, so b where either is NaN (as the x86 instruction does).
 template <class T, int N>
 [[gnu::always_inline]] inline Pack<T, N> min(Pack<T, N> a, Pack<T, N> b) {
     using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
 #if defined(__AVX512F__)
-    if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_min_ps(__m512(a.v), __m512(b.v)));
-    if constexpr (detail::is_pack<double, 8, T, N>) return Vector(_mm512_min_pd(__m512d(a.v), __m512d(b.v)));
+    if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_maskz_min_ps(0xffff, __m512(a.v), __m512(b.v)));
+    if constexpr (detail::is_pack<double, 8, T, N>) return Vector(_mm512_maskz_min_pd(0xff, __m512d(a.v), __m512d(b.v)));
 #endif
 #if defined(__AVX__)
     if constexpr (detail::is_pack<float, 8, T, N>) return Vector(_mm256_min_ps(__m256(a.v), __m256(b.v)));
@@ -175,8 +158,8 @@ template <class T, int N>
 [[gnu::always_inline]] inline Pack<T, N> max(Pack<T, N> a, Pack<T, N> b) {
     using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
 #if defined(__AVX512F__)
-    if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_max_ps(__m512(a.v), __m512(b.v)));
-    if constexpr (detail::is_pack<double, 8, T, N>) return Vector(_mm512_max_pd(__m512d(a.v), __m512d(b.v)));
+    if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_maskz_max_ps(0xffff, __m512(a.v), __m512(b.v)));
+    if constexpr (detail::is_pack<double, 8, T, N>) return Vector(_mm512_maskz_max_pd(0xff, __m512d(a.v), __m512d(b.v)));
 #endif
 #if defined(__AVX__)
     if constexpr (detail::is_pack<float, 8, T, N>) return Vector(_mm256_max_ps(__m256(a.v), __m256(b.v)));
@@ -222,8 +205,8 @@ template <class T, int N>
 [[gnu::always_inline]] inline Pack<T, N> sqrt(Pack<T, N> a) {
     using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
 #if defined(__AVX512F__)
-    if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_sqrt_ps(__m512(a.v)));
-    if constexpr (detail::is_pack<double, 8, T, N>) return Vector(_mm512_sqrt_pd(__m512d(a.v)));
+    if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_maskz_sqrt_ps(0xffff, __m512(a.v)));
+    if constexpr (detail::is_pack<double, 8, T, N>) return Vector(_mm512_maskz_sqrt_pd(0xff, __m512d(a.v)));
 #endif
 #if defined(__AVX__)
     if constexpr (detail::is_pack<float, 8, T, N>) return Vector(_mm256_sqrt_ps(__m256(a.v)));
@@ -247,9 +230,33 @@ template <class T, int N>
 /// Whether lanes are neither infinite nor NaN, by their bits: holds under -ffast-math too.
 template <class T, int N>
 [[gnu::always_inline]] inline Mask<T, N> is_finite(Pack<T, N> a) {
+    // By its bits, which no compiler takes for finite.
     using Ints = typename Mask<T, N>::Vector;
     constexpr auto exponent = std::bit_cast<typename Mask<T, N>::Lane>(std::numeric_limits<T>::infinity());
-    return {(Ints(a.v) & exponent) != exponent};
+#if defined(__AVX512F__)
+    const Ints bits = Ints(a.v) & exponent, all_set = exponent - Ints{};
+    if constexpr (detail::is_pack<float, 16, T, N>)
+        return {_mm512_cmp_epi32_mask(__m512i(bits), __m512i(all_set), _MM_CMPINT_NE)};
+    if constexpr (detail::is_pack<double, 8, T, N>)
+        return {_mm512_cmp_epi64_mask(__m512i(bits), __m512i(all_set), _MM_CMPINT_NE)};
+#endif
+    if constexpr (Mask<T, N>::in_halves) {
+        return {{is_finite(low_half(a)), is_finite(high_half(a))}};
+    } else if constexpr (!Mask<T, N>::one_bit_a_lane) {
+        return {(Ints(a.v) & exponent) != exponent};
+    }
+}
+
+/// Which lanes are NaN, by their bits.
+template <class T, int N>
+[[gnu::always_inline]] inline Mask<T, N> is_nan(Pack<T, N> a) {
+    if constexpr (Mask<T, N>::in_halves) {
+        return {{is_nan(low_half(a)), is_nan(high_half(a))}};
+    } else {
+        static_assert(!Mask<T, N>::one_bit_a_lane, "nobody has asked yet");
+        constexpr auto infinity = std::bit_cast<typename Mask<T, N>::Lane>(std::numeric_limits<T>::infinity());
+        return {typename Mask<T, N>::Vector(abs(a).v) > infinity};
+    }
 }
 
 /// Lane-wise |magnitude| with the sign of the other, zeros' signs included.
@@ -345,44 +352,6 @@ template <class T, int N>
     }
 }
 
-/// One bit a lane, lane 0 lowest.
-template <class T, int N>
-[[gnu::always_inline]] inline unsigned bits(Mask<T, N> mask) {
-#if defined(__AVX512DQ__) && defined(__AVX512F__)
-    if constexpr (sizeof(T) == 4 && N == 16) return unsigned(_mm512_movepi32_mask(__m512i(mask.v)));
-    if constexpr (sizeof(T) == 8 && N == 8) return unsigned(_mm512_movepi64_mask(__m512i(mask.v)));
-#endif
-#if defined(__AVX__)
-    if constexpr (sizeof(T) == 4 && N == 8) return unsigned(_mm256_movemask_ps(__m256(mask.v)));
-    if constexpr (sizeof(T) == 8 && N == 4) return unsigned(_mm256_movemask_pd(__m256d(mask.v)));
-#endif
-#if defined(__SSE2__)
-    if constexpr (sizeof(T) == 4 && N == 4) return unsigned(_mm_movemask_ps(__m128(mask.v)));
-    if constexpr (sizeof(T) == 8 && N == 2) return unsigned(_mm_movemask_pd(__m128d(mask.v)));
-#elif defined(__aarch64__)
-    if constexpr (sizeof(T) == 4 && N == 4) {
-        const uint32x4_t weight = {1, 2, 4, 8};
-        return vaddvq_u32(vandq_u32(uint32x4_t(mask.v), weight));
-    }
-#endif
-    if constexpr (detail::splits<T, N>) {
-        Mask<T, N / 2> low, high;
-        std::memcpy(&low.v, &mask.v, sizeof(low.v));
-        std::memcpy(&high.v, reinterpret_cast<const char*>(&mask.v) + sizeof(low.v), sizeof(high.v));
-        return bits(low) | bits(high) << (N / 2);
-    } else {
-        unsigned result = 0;
-        for (int i = 0; i < N; ++i) result |= unsigned(mask.v[i] != 0) << i;
-        return result;
-    }
-}
-
-template <class T, int N> inline bool any(Mask<T, N> mask) { return bits(mask) != 0; } ///< whether a lane is set
-/// Whether all lanes are set.
-template <class T, int N> inline bool all(Mask<T, N> mask) {
-    return bits(mask) == (N == 32 ? ~0u : (1u << N) - 1u);
-}
-
 /// Sum of the lanes by halves: the same order on every machine.
 template <class T, int N>
 inline T sum(Pack<T, N> a) {
@@ -390,6 +359,25 @@ inline T sum(Pack<T, N> a) {
         return a.v[0];
     } else {
         return sum(low_half(a) + high_half(a));
+    }
+}
+
+/// The largest of the lanes, none of which is NaN.
+template <class T, int N>
+inline T largest(Pack<T, N> a) {
+    if constexpr (N == 1) {
+        return a.v[0];
+    } else {
+        return largest(max(low_half(a), high_half(a)));
+    }
+}
+/// The smallest of the lanes, none of which is NaN.
+template <class T, int N>
+inline T smallest(Pack<T, N> a) {
+    if constexpr (N == 1) {
+        return a.v[0];
+    } else {
+        return smallest(min(low_half(a), high_half(a)));
     }
 }
 

@@ -143,8 +143,8 @@ void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& 
     const auto use =
         options.form == BilateralForm::separable_reuse ? detail::WeightUse::twice : detail::WeightUse::once;
     const PixelWindow first_window{window.x0, seen.y0, window.x1, seen.y1};
-    Plane<T, 4> first(width, height);
-    const auto rows = first.view();
+    LargeArray<T> first(4 * std::size_t(width) * std::size_t(height));
+    const PixelView<T, 4> rows(first.data(), width, height);
     detail::filter_lines(
         LineDirection::rows, use, width, height, first_window, kernel, with_light, executor, load,
         [&](int x, int y) { image.prefetch(x, y); },
