@@ -29,10 +29,16 @@ def add_material(material):
         emission.inputs["Color"].default_value = (*(c / strength for c in material["emission"]), 1)
         emission.inputs["Strength"].default_value = strength
         shader = emission.outputs[0]  # black otherwise
+        if not material["double_sided"]:  # Cycles emits from both sides
+            m.cycles.emission_sampling = "FRONT"
+            front = nodes.new("ShaderNodeMixShader")
+            link(nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"], front.inputs["Fac"])
+            link(shader, front.inputs[1])
+            shader = front.outputs[0]
         if max(material["color"]) > 0:
             both = nodes.new("ShaderNodeAddShader")
             link(diffuse.outputs[0], both.inputs[0])
-            link(emission.outputs[0], both.inputs[1])
+            link(shader, both.inputs[1])
             shader = both.outputs[0]
     link(shader, end.inputs["Surface"])
     return m

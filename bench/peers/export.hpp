@@ -55,7 +55,8 @@ void export_scene(const std::filesystem::path& folder, const lambent::Scene<T>& 
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const Material& m = scene.materials[i];
         json += (i > 0 ? ",\n  " : "\n  ") + std::string("{\"name\": \"m") + std::to_string(i) +
-                "\", \"color\": " + list(m.base_color) + ", \"emission\": " + list(m.emission) + "}";
+                "\", \"color\": " + list(m.base_color) + ", \"emission\": " + list(m.emission) +
+                ", \"double_sided\": " + (m.double_sided ? "true" : "false") + "}";
     }
     json += "],\n \"sky\": ";
     const Environment& sky = scene.environment;

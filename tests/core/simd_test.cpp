@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <doctest/doctest.h>
@@ -91,6 +92,7 @@ TEST_CASE_TEMPLATE("Packs compute what scalars do, lane by lane", K, F2, F4, F8,
                      std::size_t(bits(x == y) != equal) + std::size_t(bits(~(x < y)) != (full & ~less)) +
                      std::size_t(bits((x < y) | (x == y)) != less_equal) +
                      std::size_t(bits((x < y) & (x == y)) != 0) + std::size_t(any(x < y) != (less != 0)) +
+                     std::size_t(bits((x < y) ^ (x <= y)) != (less ^ less_equal)) +
                      std::size_t(all(x <= y) != (less_equal == full));
     }
     CHECK(different == 0);
@@ -106,6 +108,25 @@ TEST_CASE_TEMPLATE("min and max take the second operand where one is NaN", K, F2
         CHECK(std::isnan(min(one, nan)[lane]));
         CHECK(std::isnan(max(one, nan)[lane]));
     }
+}
+
+TEST_CASE_TEMPLATE("Lanes that are not finite, and the largest and smallest of those that are", K, F2, F4, F8, F16, D2, D4,
+                   D8) {
+    using T = typename K::Scalar;
+    using P = Pack<T, K::width>;
+    constexpr T inf = std::numeric_limits<T>::infinity(), nan = std::numeric_limits<T>::quiet_NaN();
+    for (int lane = 0; lane < K::width; ++lane)
+        for (const T x : {nan, -nan, inf, -inf, std::numeric_limits<T>::max(), T(-0.0), T(7), T(-7)}) {
+            P p = T(1);
+            p.set(lane, x);
+            const unsigned bit = 1u << lane, full = (1u << K::width) - 1u;
+            CHECK(bits(is_finite(p)) == (std::isfinite(x) ? full : full & ~bit));
+            CHECK(bits(is_nan(p)) == (std::isnan(x) ? bit : 0u));
+            if (!std::isnan(x)) {
+                CHECK(largest(p) == std::max(x, T(1)));
+                CHECK(smallest(p) == std::min(x, T(1)));
+            }
+        }
 }
 
 TEST_CASE_TEMPLATE("Broadcast, lanes, sums and conversions", K, F2, F4, F8, F16, D2, D4, D8) {

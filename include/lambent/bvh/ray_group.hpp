@@ -91,10 +91,11 @@ struct RayGroup {
         }
         from = just_before<T>(t_min * along);
         limit = just_behind<T>(t_max * along);
+        // No compiler may make one reciprocal of the three: they are the single ray's to the bit, also under -ffast-math.
         const Rays dz = direction[axes.z];
-        slope_x = -direction[axes.x] / dz;
-        slope_y = -direction[axes.y] / dz;
-        inverse_z = Rays(T(1)) / dz;
+        slope_x = -direction[axes.x] / opaque(dz);
+        slope_y = -direction[axes.y] / opaque(dz);
+        inverse_z = Rays(T(1)) / opaque(dz);
     }
 
     /// The planes of a node's i-th child, in all lanes.

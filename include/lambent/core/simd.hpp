@@ -252,8 +252,9 @@ template <class T, int N>
 [[gnu::always_inline]] inline Mask<T, N> is_nan(Pack<T, N> a) {
     if constexpr (Mask<T, N>::in_halves) {
         return {{is_nan(low_half(a)), is_nan(high_half(a))}};
+    } else if constexpr (Mask<T, N>::one_bit_a_lane) {
+        return ~(is_finite(a) | (abs(a) == Pack<T, N>(std::numeric_limits<T>::infinity())));
     } else {
-        static_assert(!Mask<T, N>::one_bit_a_lane, "nobody has asked yet");
         constexpr auto infinity = std::bit_cast<typename Mask<T, N>::Lane>(std::numeric_limits<T>::infinity());
         return {typename Mask<T, N>::Vector(abs(a).v) > infinity};
     }
