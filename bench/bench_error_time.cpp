@@ -232,7 +232,7 @@ bool measure(const Options& o, const std::string& name, ThreadExecutor& threads)
     if (!o.python.empty()) {
         export_scene(folder.path, s.scene, s.camera, s.width, s.height, s.file);
         for (const PeerKind& kind : peer_kinds) {
-            if (kind.diffuse_only && !is_diffuse(s.scene)) {
+            if ((kind.diffuse_only || s.file.empty()) && !is_diffuse(s.scene)) { // textures go by the file alone
                 std::fprintf(stderr, "%s: %s left out, the scene is not all diffuse\n", s.name.c_str(), kind.name);
                 continue;
             }
