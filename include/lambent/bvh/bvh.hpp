@@ -123,7 +123,9 @@ public:
         batch<detail::Query::closest>(rays, hits, projection, accept, [](const Hit<T>& hit) { return hit; });
     }
 
-    /// occluded[i]: whether ray i is. As for intersect().
+    /// occluded[i]: whether ray i is. As for intersect(), but that here rays with the same signs and the same largest
+    /// axis go together wherever they point, where registers hold eight numbers or more: 512 neighbours at a time are
+    /// sorted by that.
     template <HitFilter<T> Accept = AcceptAll>
     void occluded(std::span<const Ray<T>> rays, std::span<bool> occluded, const Accept& accept = {}) const {
         this->occluded(rays, occluded, detail::AsIs{}, accept);

@@ -67,7 +67,8 @@ public:
     }
 
 private:
-    static constexpr int lanes = std::min(8, native_width<T>), width = node_width<T>; // not wider than registers: compilers compare such packs lane by lane
+    static constexpr int width = node_width<T>;
+    static constexpr int lanes = std::min(8, native_width<T>); // compilers take wider packs' comparisons lane by lane
     using Rays = Pack<T, lanes>;
 
     /// Beyond such a spread of slopes the intervals hold too much.

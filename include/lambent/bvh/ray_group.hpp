@@ -6,8 +6,8 @@
 #include <cstring>
 #include <limits>
 
-/// What the ways to trace many rays together share: rays of a kind, side by side in a register's lanes, and the intervals
-/// that hold all of them.
+/// What the ways to trace many rays together share: rays of a kind, side by side in a register's lanes, and the
+/// intervals that hold all of them.
 namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
@@ -91,7 +91,7 @@ struct RayGroup {
         }
         from = just_before<T>(t_min * along);
         limit = just_behind<T>(t_max * along);
-        // No compiler may make one reciprocal of the three: they are the single ray's to the bit, also under -ffast-math.
+        // No compiler may make one reciprocal of the three: they are the single ray's to the bit, under -ffast-math too.
         const Rays dz = direction[axes.z];
         slope_x = -direction[axes.x] / opaque(dz);
         slope_y = -direction[axes.y] / opaque(dz);
@@ -180,7 +180,8 @@ struct RayIntervals {
     RayIntervals(const Tree& tree, int kind, const RayGroup<T, N>* groups, int count) {
         constexpr T u = std::numeric_limits<T>::epsilon() / 2, inf = std::numeric_limits<T>::infinity();
         using Rays = Pack<T, N>;
-        Rays least_o[3], most_o[3], least_d[3], most_d[3], least_s[3], most_s[3], most_pad = T(0), first = inf, last = -inf;
+        Rays least_o[3], most_o[3], least_d[3], most_d[3], least_s[3], most_s[3];
+        Rays most_pad = T(0), first = inf, last = -inf;
         for (int k = 0; k < 3; ++k) {
             least_o[k] = least_d[k] = least_s[k] = inf;
             most_o[k] = most_d[k] = most_s[k] = -inf;

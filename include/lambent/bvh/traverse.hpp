@@ -90,7 +90,8 @@ struct SlabRay {
         const Four d = spread(ray.direction.x, ray.direction.y, ray.direction.z);
         const Four size = abs(d), ends = spread(ray.t_min, ray.t_max, 0);
         along = std::max(size[0], std::max(size[1], size[2]));
-        if (!all(is_finite(o) & is_finite(d) & ~is_nan(ends)) || !(along >= std::numeric_limits<T>::min())) return false;
+        if (!all(is_finite(o) & is_finite(d) & ~is_nan(ends))) return false;
+        if (!(along >= std::numeric_limits<T>::min())) return false;
 
         const Four reaches = abs(o - Four::load(tree.center)) + Four::load(tree.half_size);
         const T reach = std::max(reaches[0], std::max(reaches[1], reaches[2]));
@@ -171,6 +172,7 @@ template <class T, class Block>
 
 /// The one loop behind every query of a single ray. Returns the nearest hit, or for Query::any some hit.
 /// leaves  what lies in the leaves, and how a ray meets it: see leaves.hpp
+/// from    the child below which to look (see Child); all of the tree by default
 template <Query query, class T, class Leaves, class Accept>
 [[gnu::noinline]] Hit<T> traverse(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves,
                                   const Ray<T>& ray, const Accept& accept, std::uint32_t from = 0) {

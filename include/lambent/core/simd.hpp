@@ -11,8 +11,8 @@
 #include <type_traits>
 
 /// Pack<T, N>: N floats or doubles in one register, on the compilers' vector extensions plus the handful of
-/// intrinsics that they lack. Here and in simd_order.hpp are the only ones. Every width works on every machine; what the
-/// hardware lacks, the compiler splits.
+/// intrinsics that they lack. Here, in simd_mask.hpp and in simd_order.hpp are the only ones. Every width works on
+/// every machine; what the hardware lacks, the compiler splits.
 // Compilers warn that wide vectors are passed otherwise by code with other flags; LAMBENT_ABI keeps such code apart.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi"
@@ -130,13 +130,18 @@ template <class T, int N>
     }
 }
 
+// AVX-512's plain min, max and sqrt start from a register that gcc 12 warns has not been set; with a full mask they are
+// the same instructions.
+
 /// Lane-wise a < b ? a : b, so b where either is NaN (as the x86 instruction does).
 template <class T, int N>
 [[gnu::always_inline]] inline Pack<T, N> min(Pack<T, N> a, Pack<T, N> b) {
     using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
 #if defined(__AVX512F__)
-    if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_maskz_min_ps(0xffff, __m512(a.v), __m512(b.v)));
-    if constexpr (detail::is_pack<double, 8, T, N>) return Vector(_mm512_maskz_min_pd(0xff, __m512d(a.v), __m512d(b.v)));
+    if constexpr (detail::is_pack<float, 16, T, N>)
+        return Vector(_mm512_maskz_min_ps(0xffff, __m512(a.v), __m512(b.v)));
+    if constexpr (detail::is_pack<double, 8, T, N>)
+        return Vector(_mm512_maskz_min_pd(0xff, __m512d(a.v), __m512d(b.v)));
 #endif
 #if defined(__AVX__)
     if constexpr (detail::is_pack<float, 8, T, N>) return Vector(_mm256_min_ps(__m256(a.v), __m256(b.v)));
@@ -158,8 +163,10 @@ template <class T, int N>
 [[gnu::always_inline]] inline Pack<T, N> max(Pack<T, N> a, Pack<T, N> b) {
     using Vector [[maybe_unused]] = typename Pack<T, N>::Vector;
 #if defined(__AVX512F__)
-    if constexpr (detail::is_pack<float, 16, T, N>) return Vector(_mm512_maskz_max_ps(0xffff, __m512(a.v), __m512(b.v)));
-    if constexpr (detail::is_pack<double, 8, T, N>) return Vector(_mm512_maskz_max_pd(0xff, __m512d(a.v), __m512d(b.v)));
+    if constexpr (detail::is_pack<float, 16, T, N>)
+        return Vector(_mm512_maskz_max_ps(0xffff, __m512(a.v), __m512(b.v)));
+    if constexpr (detail::is_pack<double, 8, T, N>)
+        return Vector(_mm512_maskz_max_pd(0xff, __m512d(a.v), __m512d(b.v)));
 #endif
 #if defined(__AVX__)
     if constexpr (detail::is_pack<float, 8, T, N>) return Vector(_mm256_max_ps(__m256(a.v), __m256(b.v)));

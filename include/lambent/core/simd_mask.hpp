@@ -1,11 +1,6 @@
 #pragma once
 #include <lambent/core/config.hpp>
-#include <bit>
-#include <cmath>
-#include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <limits>
 #include <type_traits>
 #if defined(__AVX__)
 #include <immintrin.h> // with AVX-512, five times what <vector> takes to compile
@@ -57,9 +52,7 @@ inline constexpr bool is_pack = std::is_same_v<Wanted, T> && width == N;
 /// Wider than one register of this build, so made of two halves.
 template <class T, int N>
 inline constexpr bool splits = N > native_width<T>;
-} // namespace detail
 
-namespace detail {
 template <class Half>
 struct MaskHalves {
     Half low, high;
@@ -71,8 +64,8 @@ struct MaskHalves {
 };
 } // namespace detail
 
-/// The result of a comparison: whether, for each lane. Held as lanes of all ones or all zeros; as a bit a lane where the
-/// hardware has registers for that and gives nothing else; as two halves where no register holds all lanes, since
+/// The result of a comparison: whether, for each lane. Held as lanes of all ones or all zeros; as a bit a lane where
+/// the hardware has registers for that and gives nothing else; as two halves where no register holds all lanes, since
 /// compilers take comparisons of such vectors lane by lane.
 template <class T, int N>
 struct Mask {
