@@ -21,18 +21,19 @@ struct Crossings {
 
 /// Rays from inside a closed mesh, exactly at its vertices and edges.
 template <class T>
-void cross_edges(lambent_test::Mesh<T> mesh, double offset, std::size_t count, std::uint64_t seed, Crossings& c) {
-    const Vec3<T> center = Vec3<T>(T(offset), T(-offset / 2), T(offset / 4));
-    for (Vec3<T>& v : mesh.vertices) v += center;
+void cross_edges(lambent_test::Mesh<T> mesh, double offset, std::size_t count, std::uint64_t seed, Crossings& c,
+                 double scale = 1) {
+    const Vec3<T> center = Vec3<T>(T(offset), T(-offset / 2), T(offset / 4)) * T(scale);
+    for (Vec3<T>& v : mesh.vertices) v = v * T(scale) + center;
     const auto bvh = BasicBvh<T>::build(triangles(mesh.vertices, mesh.faces));
     Random random(seed);
     for (std::size_t i = 0; i < count; ++i) {
         const UVec3 face = mesh.faces[random.index(mesh.faces.size())];
         const int k = int(random.index(3));
         const Vec3<T> a = mesh.vertices[face[k]], b = mesh.vertices[face[(k + 1) % 3]];
-        Ray<T> ray{center + random.in_box<T>(-0.4, 0.4), {}};
+        Ray<T> ray{center + random.in_box<T>(-0.4, 0.4) * T(scale), {}};
         if (i % 4 == 1) { // origins that differences with vertices are exact from
-            const auto whole = [](double x) { return std::round(x * 64) / 64; };
+            const auto whole = [scale](double x) { return std::round(x / scale * 64) / 64 * scale; };
             for (int axis = 0; axis < 3; ++axis) ray.origin[axis] = T(whole(double(ray.origin[axis])));
         }
         if (i % 4 == 2) ray.origin = center;
@@ -43,7 +44,7 @@ void cross_edges(lambent_test::Mesh<T> mesh, double offset, std::size_t count, s
             ray.direction[axis] = a[axis] < center[axis] ? T(-1) : T(1);
             ray.origin = a;
             ray.origin[axis] = center[axis];
-            if (double(length(ray.origin - center)) > 0.7) ray.origin = center;
+            if (double(length((ray.origin - center) / T(scale))) > 0.7) ray.origin = center;
         }
         std::vector<T> depths;
         for_each_hit(bvh, ray, [&](const Hit<T>& hit) { depths.push_back(hit.t); });
@@ -99,6 +100,21 @@ TEST_CASE_TEMPLATE("Owned edges: rays out of closed meshes, through edges and ve
     CHECK(rough.owned_even == 0);
     CHECK(round.line_odd + rough.line_odd == 0);
     CHECK(round.closest_lost + rough.closest_lost == 0);
+}
+
+TEST_CASE_TEMPLATE("Owned edges: tiny meshes, whose products lose bits, own theirs too", T, float, double) {
+    for (const int power : {-50, -56, -57}) {
+        Crossings round;
+        const double scale = std::ldexp(1.0, sizeof(T) == 4 ? power : 8 * power);
+        cross_edges(sphere<T>(40, 20, 0, 1), 0, 40000, 4, round, scale);
+        cross_edges(cube<T>(8), 0, 40000, 5, round, scale);
+        INFO("scale " << scale << ", seeds 4 and 5");
+        CHECK(round.rays == 80000);
+        CHECK(round.shared_twice + round.shared_more > round.rays / 10);
+        CHECK(round.owned_not_once == 0);
+        CHECK(round.line_odd == 0);
+        CHECK(round.closest_lost == 0);
+    }
 }
 
 TEST_CASE("A square's diagonal, edges and corners are owned once or not at all") {

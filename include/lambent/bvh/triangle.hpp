@@ -72,13 +72,21 @@ namespace detail {
 /// those are equal as b.x - a.x. Comparisons alone, so this is exact.
 /// source  Edelsbrunner, Mücke, "Simulation of simplicity", ACM TOG 9 (1990)
 template <class T, int N>
-inline Mask<T, N> holds_next_to_origin(const Pack<T, N>* x, const Pack<T, N>* y, Pack<T, N> w0, Pack<T, N> w1,
-                                       Pack<T, N> w2) {
-    const Pack<T, N> zero = T(0);
-    const auto positive = [&](Pack<T, N> w, int a, int b) {
+inline Mask<T, N> holds_next_to_origin(const Pack<T, N>* x, const Pack<T, N>* y) {
+    // Where coordinates are tiny, so that products lose bits or vanish, all are multiplied by one power of two.
+    constexpr T tiny = T(sizeof(T) == 4 ? 0x1p-20 : 0x1p-300), up = T(sizeof(T) == 4 ? 0x1p40 : 0x1p600);
+    Pack<T, N> size = T(0), sx[3], sy[3];
+    for (int i = 0; i < 3; ++i) size = max(max(abs(x[i]), abs(y[i])), size);
+    const Pack<T, N> zero = T(0), scale = select(size < Pack<T, N>(tiny), Pack<T, N>(up), Pack<T, N>(T(1)));
+    for (int i = 0; i < 3; ++i) {
+        sx[i] = x[i] * scale;
+        sy[i] = y[i] * scale;
+    }
+    const auto positive = [&](int a, int b) {
+        const Pack<T, N> w = difference_of_products(sx[a], sy[b], sy[a], sx[b]);
         return (w > zero) | ((w == zero) & ((y[a] > y[b]) | ((y[a] == y[b]) & (x[b] > x[a]))));
     };
-    const Mask<T, N> p0 = positive(w0, 2, 1), p1 = positive(w1, 0, 2), p2 = positive(w2, 1, 0);
+    const Mask<T, N> p0 = positive(2, 1), p1 = positive(0, 2), p2 = positive(1, 0);
     return (p0 & p1 & p2) | ~(p0 | p1 | p2);
 }
 } // namespace detail
@@ -120,7 +128,7 @@ template <HitRules rules, class T, int N>
     if (bits(hit.mask) == 0) return hit;
     if constexpr (rules.edges == Edges::owned) {
         if (bits(hit.mask & ((least == zero) | (most == zero))) != 0)
-            hit.mask = hit.mask & detail::holds_next_to_origin(x, y, w0, w1, w2);
+            hit.mask = hit.mask & detail::holds_next_to_origin(x, y);
     }
     // Weights first, and no compiler may divide later: their products with the depth could overflow. A mean of the
     // depths with weights of one sign never leaves the triangle, however thin it is seen. Nor may one divide here and
