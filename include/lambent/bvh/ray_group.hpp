@@ -68,8 +68,9 @@ template <class T, int N>
 struct RayGroup {
     using Rays = Pack<T, N>;
     Rays origin[3], direction[3], t_min, t_max;
-    Rays scale[3], near_shift[3], far_shift[3], along, from, limit;
-    Rays slope_x, slope_y, inverse_z;
+    Rays scale[3], near_shift[3], far_shift[3], along, from, limit; ///< as in SlabRay
+    Rays slope_x, slope_y, inverse_z;                               ///< as in ShearedRay
+    Rays reach; ///< from the origin to the farthest plane of the scene's box
 
     /// ray_of(i) for i < N
     template <class Tree, class RayOf>
@@ -130,8 +131,6 @@ struct RayGroup {
         }
         return intersect_sheared<rules, T, N>(x, y, z, inverse_z, t_min, t_max);
     }
-
-    Rays reach; ///< from the origin to the farthest plane of the scene's box
 
 private:
     /// Four rays at a time, since numbers stored one by one are slow to be loaded side by side.
