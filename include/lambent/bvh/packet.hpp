@@ -13,7 +13,7 @@ inline namespace LAMBENT_ABI {
 namespace detail {
 
 /// The nearest hits of up to 64 rays that go much the same way, through the tree as one: a node's children are tested
-/// against all rays at once, by intervals; leaves and their triangles against eight rays at a time.
+/// against all rays at once, by intervals; leaves and their triangles against up to eight at a time.
 /// source  Wald, Boulos, Shirley, "Ray tracing deformable scenes using dynamic bounding volume hierarchies" (2007)
 template <class T, class Accept>
 class Packet {

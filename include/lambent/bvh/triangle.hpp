@@ -73,7 +73,7 @@ namespace detail {
 /// source  Edelsbrunner, Mücke, "Simulation of simplicity", ACM TOG 9 (1990)
 template <class T, int N>
 inline Mask<T, N> holds_next_to_origin(const Pack<T, N>* x, const Pack<T, N>* y) {
-    // Where coordinates are tiny, so that products lose bits or vanish, all are multiplied by one power of two.
+    // The products anew: where coordinates are tiny they lose bits or vanish, so all are multiplied by a power of two.
     constexpr T tiny = T(sizeof(T) == 4 ? 0x1p-20 : 0x1p-300), up = T(sizeof(T) == 4 ? 0x1p40 : 0x1p600);
     Pack<T, N> size = T(0), sx[3], sy[3];
     for (int i = 0; i < 3; ++i) size = max(max(abs(x[i]), abs(y[i])), size);

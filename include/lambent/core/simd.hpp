@@ -237,7 +237,6 @@ template <class T, int N>
 /// Whether lanes are neither infinite nor NaN, by their bits: holds under -ffast-math too.
 template <class T, int N>
 [[gnu::always_inline]] inline Mask<T, N> is_finite(Pack<T, N> a) {
-    // By its bits, which no compiler takes for finite.
     using Ints = typename Mask<T, N>::Vector;
     constexpr auto exponent = std::bit_cast<typename Mask<T, N>::Lane>(std::numeric_limits<T>::infinity());
 #if defined(__AVX512F__)
