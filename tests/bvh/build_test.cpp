@@ -230,7 +230,7 @@ TEST_CASE("A balanced build is cheaper for rays than a fast one, and answers the
         for (const Vec3f& p : {a, b, c}) vertices.push_back(p);
         faces.emplace_back(n, n + 1, n + 2);
     };
-    for (int cluster = 0; cluster < 400; ++cluster) { // small things in heaps, and from each a long one
+    for (int cluster = 0; cluster < 1600; ++cluster) { // small things in heaps, and from each a long one
         const Vec3f center = point() * Vec3f(1, 1, 0.2f);
         for (int k = 0; k < 20; ++k) {
             const Vec3f p = center + 0.03f * point();

@@ -27,7 +27,7 @@ template <class Tree> struct SavedTree; // see serialize.hpp
 /// A bounding volume hierarchy over triangles, for rays of the same scalar type. Holds its own copy of the
 /// vertices, in the order in which rays meet them: queries do not look at the mesh again. Other kinds of leaves hold
 /// other things: CompactBvh, PrimitiveBvh, InstancedBvh. Queries are const, never allocate, never throw (but batches
-/// do, on too short a span), and may run on any number of threads. They need 8 KiB of stack, batches 160.
+/// do, on too short a span), and may run on any number of threads. They need 12 KiB of stack, batches 192.
 ///
 /// Watertight: between triangles with bit-equal shared vertices no ray slips through, whatever the compiler
 /// flags. A ray with a NaN or an infinity in its origin or direction, a NaN for a bound, or a direction of

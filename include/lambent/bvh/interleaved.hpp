@@ -112,9 +112,7 @@ private:
             if constexpr (query == Query::any) {
                 compress_descending<node_width<T>>(bits(mask), node.child, children + top);
             } else {
-                const auto order = sorted_descending(select(mask, tagged(entry), Pack<T, node_width<T>>(T(-0.0))));
-                order.store(distances + top);
-                look_up(order, node.child, children + top);
+                store_descending(mask, entry, node.child, distances + top, children + top);
             }
             top += std::uint32_t(std::popcount(bits(mask)));
         }

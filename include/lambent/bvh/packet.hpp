@@ -84,9 +84,7 @@ private:
             const WideNode<T>& node = tree_.nodes[current];
             Lanes entry;
             const Mask<T, width> mask = all.meets(NodeRows<T>(node, plane), entry);
-            const Lanes order = sorted_descending(select(mask, tagged(entry), Lanes(T(-0.0))));
-            order.store(distances + top);
-            look_up(order, node.child, children + top);
+            store_descending(mask, entry, node.child, distances + top, children + top);
             for (int i = 0; i < width; ++i) parents[top + std::size_t(i)] = current;
             top += std::size_t(std::popcount(bits(mask)));
             for (;;) {

@@ -143,11 +143,11 @@ template <class T>
 inline constexpr std::size_t max_stack = std::size_t(max_depth * (node_width<T> - 1) + node_width<T>);
 
 /// values[lane], but by a jump that the processor foresees: it then goes on with the next node before it knows the
-/// lane. The asm statements keep the compiler from making one load of the eight.
+/// lane. The asm statements keep the compiler from making one load of all.
 template <int N>
 [[gnu::always_inline]] inline std::uint32_t foreseen(const std::uint32_t* values, int lane) {
     std::uint32_t r;
-    static_assert(N == 4 || N == 8);
+    static_assert(N == 4 || N == 8 || N == 16);
     switch (lane) {
     case 0: r = values[0]; asm volatile("# 0" : "+r"(r)); return r;
     case 1: r = values[1]; asm volatile("# 1" : "+r"(r)); return r;
@@ -157,6 +157,14 @@ template <int N>
     case 5: r = values[5 % N]; asm volatile("# 5" : "+r"(r)); return r;
     case 6: r = values[6 % N]; asm volatile("# 6" : "+r"(r)); return r;
     case 7: r = values[7 % N]; asm volatile("# 7" : "+r"(r)); return r;
+    case 8: r = values[8 % N]; asm volatile("# 8" : "+r"(r)); return r;
+    case 9: r = values[9 % N]; asm volatile("# 9" : "+r"(r)); return r;
+    case 10: r = values[10 % N]; asm volatile("# 10" : "+r"(r)); return r;
+    case 11: r = values[11 % N]; asm volatile("# 11" : "+r"(r)); return r;
+    case 12: r = values[12 % N]; asm volatile("# 12" : "+r"(r)); return r;
+    case 13: r = values[13 % N]; asm volatile("# 13" : "+r"(r)); return r;
+    case 14: r = values[14 % N]; asm volatile("# 14" : "+r"(r)); return r;
+    case 15: r = values[15 % N]; asm volatile("# 15" : "+r"(r)); return r;
     default: __builtin_unreachable();
     }
 }
@@ -167,7 +175,8 @@ template <class T, class Block>
     const bool leaf = (child & Child::leaf_bit) != 0;
     const char* const p = leaf ? reinterpret_cast<const char*>(tree.blocks.data() + (child & Child::index_mask))
                                : reinterpret_cast<const char*>(tree.nodes.data() + child);
-    for (int line = 0; line < 4; ++line) __builtin_prefetch(p + 64 * line);
+    constexpr std::size_t size = std::max(sizeof(WideNode<T>), sizeof(Block));
+    for (std::size_t at = 0; at < size; at += 64) __builtin_prefetch(p + at);
 }
 
 /// The one loop behind every query of a single ray. Returns the nearest hit, or for Query::any some hit.
@@ -235,9 +244,7 @@ template <Query query, class T, class Leaves, class Accept>
                     }
                     continue;
                 }
-                const Lanes order = sorted_descending(select(mask, tagged(entry), Lanes(T(-0.0))));
-                order.store(distances + top);
-                look_up(order, node.child, children + top);
+                store_descending(mask, entry, node.child, distances + top, children + top);
                 top += std::size_t(std::popcount(met)) - 1;
                 current = foreseen<width>(node.child, lane_of(distances[top]));
                 prefetch(tree, children[top - 1]);
