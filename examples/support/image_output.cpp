@@ -181,6 +181,7 @@ ImageReport write_image(const FilmState<float>& state, const ImageSettings& sett
         const Stopwatch watch;
         denoised = denoise_frame(frame, settings.denoise_options(), threads);
         report.spikes = denoised.report.spikes;
+        report.bilateral = denoised.report.bilateral;
         report.denoise_s = watch.seconds();
     }
 

@@ -47,6 +47,7 @@ struct ImageReport {
     double estimated_error = -1; ///< of the image before denoising, negative = unknown
     double denoised_error = -1;  ///< of the image after it
     std::size_t spikes = 0;      ///< pixels that the denoiser clamped
+    lambent::BilateralCounts bilateral{};
 };
 
 /// Resolves the film, denoises and writes the EXR with its metadata (no clock in it: equal renders are equal files) and
