@@ -1,4 +1,5 @@
 // EXR in, denoised EXR out: our planes, or those of Blender, Mitsuba and pbrt.
+#include "../support/denoise_frame.hpp"
 #include "../support/image_output.hpp"
 #include "../support/preview.hpp"
 #include "../support/program.hpp"

@@ -1,4 +1,5 @@
 #include "image_output.hpp"
+#include "denoise_frame.hpp"
 #include "preview.hpp"
 #include "stopwatch.hpp"
 #include <lambent/core/parallel.hpp>
@@ -159,10 +160,6 @@ void take_settings(ImageSettings& settings, const std::map<std::string, std::str
     } catch (const UsageError& e) {
         fail(path + ": its image settings are of another version: " + e.what());
     }
-}
-
-Denoised<float> denoise_frame(const PixelData<float>& frame, const DenoiseOptions& options, ThreadExecutor& threads) {
-    return denoise(frame, options, threads);
 }
 
 ImageReport write_image(const FilmState<float>& state, const ImageSettings& settings, const ImageFiles& files,

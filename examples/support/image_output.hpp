@@ -55,10 +55,6 @@ struct ImageReport {
 ImageReport write_image(const lambent::FilmState<float>& state, const ImageSettings& settings, const ImageFiles& files,
                         lambent::ThreadExecutor& threads);
 
-/// lambent::denoise() of a whole frame: compiled once for all programs.
-lambent::Denoised<float> denoise_frame(const lambent::PixelData<float>& frame, const lambent::DenoiseOptions& options,
-                                       lambent::ThreadExecutor& threads);
-
 /// Fails unless a file of this name can be made. throws lambent::Error
 void check_writable(const std::string& path);
 
