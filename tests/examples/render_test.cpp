@@ -83,6 +83,18 @@ TEST_CASE("render: killed, the last checkpoint is whole and can be gone on with"
     CHECK(desk.exists("resumed.exr"));
 }
 
+TEST_CASE("merge: the image's settings are those of the film with the first sample, in any order") {
+    Desk desk;
+    REQUIRE(desk.render("--sample-range 0:2 --denoise none --float --out a.exr") == 0);
+    REQUIRE(desk.render("--sample-range 2:4 --denoise fast --out b.exr") == 0);
+    REQUIRE(desk.render("--spp 4 --denoise none --float --out whole.exr") == 0);
+    REQUIRE(desk.merge("ab.film a.film b.film") == 0);
+    REQUIRE(desk.merge("ba.film b.film a.film") == 0);
+    CHECK(desk.same("ab.film", "ba.film"));
+    CHECK(desk.same("ab.exr", "whole.exr"));
+    CHECK(desk.same("ba.exr", "whole.exr"));
+}
+
 TEST_CASE("render --resume and merge refuse what does not belong together, naming the files") {
     Desk desk;
     REQUIRE(desk.render("--sample-range 0:4 --out a.exr") == 0);
