@@ -30,7 +30,7 @@ public:
 
     bool is(int expected) const {
         // An event without a name is a header alone. Equal ones in a row would be one, so ask after each opening.
-        inotify_event events[64];
+        alignas(inotify_event) char events[64 * sizeof(inotify_event)];
         const ssize_t bytes = read(queue_, events, sizeof events);
         return (bytes > 0 ? int(bytes / ssize_t(sizeof(inotify_event))) : 0) == expected;
     }
