@@ -81,30 +81,9 @@ void dump(const Frame& f, const std::string& prefix) {
     write("material", f.material.values());
 }
 
-/// The weights of one line of `length` pixels: pairs in reach of each other, twice.
-double line_weights(int length, int radius) {
-    double sum = 0;
-    for (int d = 1; d <= std::min(radius, length - 1); ++d) sum += 2.0 * (length - d);
-    return sum;
-}
-
 /// The weights that a form evaluates in an image.
 double weights_of(BilateralForm form, int width, int height, int kernel) {
-    const int radius = kernel / 2;
-    const double rows = line_weights(width, radius) * height, columns = line_weights(height, radius) * width;
-    const double window = (line_weights(width, radius) + width) * (line_weights(height, radius) + height) -
-                          double(width) * height;
-    switch (form) {
-    case BilateralForm::naive_2d:
-        return window;
-    case BilateralForm::reuse_2d:
-        return window / 2;
-    case BilateralForm::separable:
-        return rows + columns;
-    case BilateralForm::separable_reuse:
-        return (rows + columns) / 2;
-    }
-    return 0;
+    return double(bilateral_counts(width, height, {.kernel = kernel, .form = form}).exponentials);
 }
 
 /// Operations of a lane a weight, an fma counted once, as the loops of feature.hpp, features.hpp, exp.hpp and

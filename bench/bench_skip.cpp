@@ -3,6 +3,7 @@
 #include "../examples/support/command_line.hpp"
 #include "bvh/affinity.hpp"
 #include "error_curve.hpp"
+#include "instructions.hpp"
 #include "output.hpp"
 #include "timing.hpp"
 #include <algorithm>
@@ -24,7 +25,7 @@ using namespace lambent;
 struct Options {
     int rounds = 7, side = 128;
     std::uint64_t spp = 32, reference_spp = 2048;
-    bool json = false;
+    bool json = false, instructions = false;
 };
 
 /// A scene like ours that leaves nothing out. Which question it answers the long way is `Feature`.
@@ -272,6 +273,7 @@ private:
     /// `difference`: of the means, relative; 0 = the same bits. Other formulas of one material round differently.
     template <class With, class Without>
     bool compare(const std::string& scene, const char* feature, With&& with, Without&& without, double difference = 0) {
+        if (o_.instructions) return count(scene, feature, with, without, difference);
         std::vector<double> short_s, long_s;
         bool equal = true;
         for (int round = 0; round <= o_.rounds; ++round) {
@@ -281,7 +283,7 @@ private:
             const PixelData<float> b = without();
             const double end = cpu_seconds();
             if (round == 0) { // warms up, and compares
-                equal = difference == 0 ? a.radiance.values() == b.radiance.values() : close(a, b, difference);
+                equal = same(a, b, difference);
                 continue;
             }
             short_s.push_back(middle - start);
@@ -291,7 +293,18 @@ private:
         return equal;
     }
 
-    static bool close(const PixelData<float>& a, const PixelData<float>& b, double difference) {
+    /// The same, for the instructions of a sample instead of seconds; the first calls, which are compared, warm up.
+    template <class With, class Without>
+    bool count(const std::string& scene, const char* feature, With&& with, Without&& without, double difference) {
+        const bool equal = same(with(), without(), difference);
+        const double samples = double(o_.side) * double(o_.side) * double(o_.spp);
+        const double few = instructions_of(with), many = instructions_of(without);
+        print(scene, feature, few / samples, many / samples, equal);
+        return equal;
+    }
+
+    static bool same(const PixelData<float>& a, const PixelData<float>& b, double difference) {
+        if (difference == 0) return a.radiance.values() == b.radiance.values();
         double sum_a = 0, sum_b = 0;
         for (const float v : a.radiance.values()) sum_a += double(v);
         for (const float v : b.radiance.values()) sum_b += double(v);
@@ -300,7 +313,9 @@ private:
 
     void print(const std::string& scene, const char* feature, double with, double without, bool equal) const {
         Line line(o_.json);
-        line.add("scene", scene).add("feature", feature).add("seconds_with_skip", with).add("seconds_without", without);
+        line.add("scene", scene).add("feature", feature);
+        line.add(o_.instructions ? "instructions_with_skip" : "seconds_with_skip", with);
+        line.add(o_.instructions ? "instructions_without" : "seconds_without", without);
         line.add("ratio", without / with).add("equal", equal ? 1 : 0);
     }
 
@@ -316,11 +331,17 @@ int main(int argc, char** argv) try {
     bool help = false;
     line.add("--rounds N", "of which medians are taken (7)",
              [&](const std::string& v) { o.rounds = int(to_integer(v, 1, 1000)); });
-    line.add("--quick", "one round of small images (off)", [&](const std::string&) { o = {1, 64, 8, 1024, o.json}; });
+    line.add("--quick", "one round of small images (off)", [&](const std::string&) { o = {1, 64, 8, 1024, o.json, o.instructions}; });
+    line.add("--instructions", "count instructions a sample, by valgrind, in place of seconds; not of adaptive rows (off)",
+             [&](const std::string&) { o.instructions = true; });
     line.add("--json", "one object a line", [&](const std::string&) { o.json = true; });
     line.add("--help", "this list", [&](const std::string&) { help = true; });
     if (!line.parse(argc, argv).empty()) throw UsageError("scenes are builtin ones");
     if (help) return line.print_help(), 0;
+    if (o.instructions) {
+        if (!is_counting()) return count_instructions({argv + 1, argv + argc}), 0;
+        o.side = 32, o.spp = 8; // callgrind takes its time, and needs no rounds
+    }
 
     if (!o.json)
         std::printf("%-26s %-26s %10s %10s %10s %10s\n", "scene", "feature", "with skip", "without", "ratio", "equal");
@@ -328,6 +349,7 @@ int main(int argc, char** argv) try {
     const Subject cornell{"builtin:cornell", cornell_scene<float>()}, room{"builtin:room", room_scene<float>()};
     bool equal = true;
     for (const Subject& s : {cornell, plain(cornell), room, under_sky(cornell)}) equal = bench.measure(s) && equal;
+    if (o.instructions) return equal ? 0 : 1;
     for (const Subject& s : {cornell, room, under_sky(cornell)}) equal = bench.measure_adaptive(s, 0.1) && equal;
     return equal ? 0 : 1;
 } catch (const UsageError& e) {

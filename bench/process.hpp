@@ -32,16 +32,18 @@ struct Spent {
     double wall_s = 0, cpu_s = 0, peak_mib = 0;
 };
 
-/// Runs a program (found as a shell would) and waits for it; what it prints on standard output is lost.
+enum class Output { lost, kept };
+
+/// Runs a program (found as a shell would) and waits for it; `output`: what becomes of its standard output.
 /// throws lambent::Error where it cannot be started or does not end with 0
-inline Spent run_process(const std::vector<std::string>& words) {
+inline Spent run_process(const std::vector<std::string>& words, Output output = Output::lost) {
     std::vector<char*> argv;
     for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
     argv.push_back(nullptr);
     const auto start = std::chrono::steady_clock::now();
     const pid_t process = fork();
     if (process == 0) {
-        dup2(open("/dev/null", O_WRONLY), STDOUT_FILENO);
+        if (output == Output::lost) dup2(open("/dev/null", O_WRONLY), STDOUT_FILENO);
         execvp(argv[0], argv.data());
         _exit(127);
     }
@@ -50,7 +52,8 @@ inline Spent run_process(const std::vector<std::string>& words) {
     lambent::require(wait4(process, &status, 0, &usage) == process && status == 0, [&] {
         std::string command;
         for (const std::string& word : words) command += (command.empty() ? "" : " ") + word;
-        return "'" + command + "' failed";
+        const bool started = !WIFEXITED(status) || WEXITSTATUS(status) != 127; // as shells have it
+        return "'" + command + (started ? "' failed" : "' cannot be started: is " + words[0] + " installed?");
     });
     const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
     return {std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),

@@ -17,7 +17,3 @@ PixelData<float> trace_paths(const PreparedScene<float>& scene, const Camera& ca
                              const RenderOptions& options, ThreadExecutor& threads) {
     return render(scene, camera, PathIntegrator<>{}, SobolSampler<float>(seed), options, threads);
 }
-
-Denoised<float> denoise_frame(const PixelData<float>& frame, const DenoiseOptions& options, ThreadExecutor& threads) {
-    return denoise(frame, options, threads);
-}

@@ -1,6 +1,6 @@
 #pragma once
+#include "../examples/support/denoise_frame.hpp"
 #include <lambent/core/parallel.hpp>
-#include <lambent/denoise/denoise.hpp>
 #include <lambent/film/film.hpp>
 #include <lambent/render/render.hpp>
 #include <lambent/scene/prepared_scene.hpp>
@@ -16,6 +16,3 @@ void trace_paths(lambent::Film<float>& film, const lambent::PreparedScene<float>
 lambent::PixelData<float> trace_paths(const lambent::PreparedScene<float>& scene, const lambent::Camera& camera,
                                       std::uint32_t seed, const lambent::RenderOptions& options,
                                       lambent::ThreadExecutor& threads);
-
-lambent::Denoised<float> denoise_frame(const lambent::PixelData<float>& frame, const lambent::DenoiseOptions& options,
-                                       lambent::ThreadExecutor& threads);

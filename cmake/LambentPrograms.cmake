@@ -19,3 +19,8 @@ function(lambent_program name)
     target_link_libraries(${name} PRIVATE lambent::lambent lambent_flags ${arg_LIBS})
     set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
 endfunction()
+
+# The denoiser that programs and benchmarks share, whichever of them are built.
+add_library(lambent_denoiser OBJECT EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/examples/support/denoise_frame.cpp)
+target_link_libraries(lambent_denoiser PRIVATE lambent::lambent lambent_flags)
+set_target_properties(lambent_denoiser PROPERTIES CXX_EXTENSIONS OFF)

@@ -8,7 +8,7 @@ packages_of() {
     case $1 in
     base) echo g++ cmake ninja-build libglm-dev libtinygltf-dev libopenimageio-dev libopenexr-dev ;;
     tests) echo doctest-dev binutils ;;
-    bench) echo libbenchmark-dev libembree-dev libtinyobjloader-dev ;;
+    bench) echo libbenchmark-dev libembree-dev libtinyobjloader-dev valgrind ;;
     mpi) echo libopenmpi-dev openmpi-bin ;;
     docs) echo doxygen ;;
     all) echo clang clang-16 libclang-rt-14-dev clang-format pkg-config g++-aarch64-linux-gnu qemu-user ;;

@@ -57,16 +57,16 @@ std::string part_of(const Options& o, const std::vector<SampleRange>& share) {
 /// What a rank leaves in its lock when it is done.
 std::string note_of(const Work& work) {
     char text[128];
-    std::snprintf(text, sizeof text, "%" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64 " %u %.9g %.9g\n", work.samples,
-                  work.background_samples, work.rays.closest, work.rays.shadow, work.threads, work.rendering_s,
-                  work.saving_s);
+    std::snprintf(text, sizeof text, "%" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIu64 " %u %.9g %.9g\n",
+                  work.samples, work.background_samples, work.rays.closest, work.rays.shadow, work.rays.saved, work.threads,
+                  work.rendering_s, work.saving_s);
     return text;
 }
 std::optional<Work> read_note(const std::string& note) {
     Work work;
-    if (std::sscanf(note.c_str(), "%" SCNu64 " %" SCNu64 " %" SCNu64 " %" SCNu64 " %u %lg %lg", &work.samples,
-                    &work.background_samples, &work.rays.closest, &work.rays.shadow, &work.threads, &work.rendering_s,
-                    &work.saving_s) != 7)
+    if (std::sscanf(note.c_str(), "%" SCNu64 " %" SCNu64 " %" SCNu64 " %" SCNu64 " %" SCNu64 " %u %lg %lg",
+                    &work.samples, &work.background_samples, &work.rays.closest, &work.rays.shadow, &work.rays.saved,
+                    &work.threads, &work.rendering_s, &work.saving_s) != 8)
         return std::nullopt;
     return work;
 }

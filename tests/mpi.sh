@@ -23,12 +23,16 @@ ranks() {
     timeout 120 mpirun --oversubscribe -n "$n" "$@" >said 2>&1
 }
 scene='builtin:cornell --size 32x24 --quiet'
+counts() { grep -e '"samples"' -e 'rays' -e '"background_samples"' "$1" | grep -v per_s; }
 
 # shellcheck disable=SC2086
 {
-"$render" $scene --spp 13 --checkpoint --out whole.exr
+"$render" $scene --spp 13 --checkpoint --out whole.exr --stats whole.json
+counts whole.json >whole.counts
+[ "$(wc -l <whole.counts)" = 6 ] || wrong 'render does not count samples, four kinds of rays and background'
 for n in 1 2 4; do
-    ranks "$n" "$render_mpi" $scene --spp 13 --checkpoint --out a.exr || wrong "$n ranks: exit code $?"
+    ranks "$n" "$render_mpi" $scene --spp 13 --checkpoint --out a.exr --stats s.json || wrong "$n ranks: exit code $?"
+    counts s.json | cmp whole.counts - || wrong "$n ranks count otherwise"
     cmp whole.exr a.exr || wrong "$n ranks write another image"
     cmp whole.film a.film || wrong "$n ranks write another film"
     rm a.exr a.film
@@ -41,7 +45,8 @@ ranks 4 "$render_mpi" $scene --spp 6 --resume b.film --out c.exr || wrong "resum
 cmp six.exr c.exr || wrong 'resumed by ranks, it is another image'
 # What ranks of an earlier run left is taken up.
 "$render" $scene --sample-range 6:9 --out d.6-13.exr
-ranks 2 "$render_mpi" $scene --spp 13 --out d.exr || wrong "taken up: exit code $?"
+ranks 2 "$render_mpi" $scene --spp 13 --out d.exr --stats s.json || wrong "taken up: exit code $?"
+grep -q "\"samples\": $((32 * 24 * 10))," s.json || wrong 'what was taken up is rendered again'
 cmp whole.exr d.exr || wrong 'taken up by ranks, it is another image'
 code=0
 ranks 2 "$render_mpi" $scene --spp x || code=$?

@@ -36,11 +36,11 @@ draw() {
 
 # An empty folder: every section says that it was not measured, and the page that machine and peers are unknown.
 draw
-for section in error rays denoising filters skipping frame memory loading compiling experiments small; do
+for section in error rays denoising filters skipping instructions frame memory loading compiling experiments small; do
     inside "$section" 1 'Not measured: [a-z_]*\.json has no rows'
 done
 expect 1 'machine.json is absent'
-expect 11 '<li>.* left no rows'
+expect 12 '<li>.* left no rows'
 
 for spp in 1 4; do
     for method in path 'a<b'; do
@@ -57,6 +57,7 @@ echo '{"scene":"box","class":"ao","library":"lambent","variant":"float","batch":
 printf '{\n  "benchmarks": [\n    {\n      "name": "warp/16",\n      "cpu_time": 3.5e+00,\n' >"$work/micro.json"
 : >"$work/bench_filter.json" # a benchmark that wrote nothing
 echo '{"scene": "box", "feature": "alpha", "seconds_with_skip": 1, "seconds_without": 2.5, "ratio": 2.5, "equal": 1}' >"$work/bench_skip.json"
+echo '{"scene": "box", "feature": "alpha", "instructions_with_skip": 100, "instructions_without": 150, "ratio": 1.5, "equal": 1}' >"$work/bench_instructions.json"
 echo '{"scene": "box", "load_s": 1, "build_s": 1, "render_s": 5, "denoise_s": 2, "write_s": 1, "total_s": 10, "peak_mib": 100.5, "wrong": 0}' >"$work/bench_frame.json"
 echo '{"scene": "box.glb", "library": "lambent_images", "seconds": 0.25, "right": true}' >"$work/bench_load.json"
 echo '{"header": "a.hpp", "mode": "-c", "seconds": 0.5, "ratio_to_vector": 4.5, "budget": 5, "within": "true"}' >"$work/bench_compile_time.json"
@@ -82,6 +83,8 @@ inside filters 1 'Not measured: bench_filter.json'
 inside skipping 1 '<title>alpha, box: 2.5<'
 [ "$(grep -c 'Made by <code>bin/bench_skip --quick</code>' "$work/report.html")" -eq 1 ] || fail "no command at a chart"
 inside skipping 1 'bin/bench_skip --quick</code>, 7 s, status 0'
+inside instructions 1 '<title>alpha, box: 1.5<'
+inside instructions 1 '<td>100</td><td>150</td><td>1.5</td>'
 inside frame 1 '<title>box, render: 50<'
 inside memory 1 '<title>box: 100.5 MiB<'
 inside memory 1 '<title>render: 12.5 MiB<'
@@ -108,6 +111,7 @@ inside rays 1 '<title>lambent float, bounce, box: 1<'
 
 # What failed stands at the top by name, in its chart as a cross and in its table in red; so does a missed budget.
 echo '{"scene": "box", "feature": "front", "seconds_with_skip": 1, "seconds_without": 3, "ratio": 3.0, "equal": 0}' >>"$work/bench_skip.json"
+echo '{"scene": "box", "feature": "front", "instructions_with_skip": 100, "instructions_without": 100, "ratio": 1, "equal": 0}' >>"$work/bench_instructions.json"
 echo '{"header": "b.hpp", "mode": "-c", "seconds": 0.5, "ratio_to_vector": 9.5, "budget": 5, "within": "false"}' >>"$work/bench_compile_time.json"
 echo '{"scene": "box", "load_s": 1, "build_s": 1, "render_s": 50, "denoise_s": 2, "write_s": 1, "total_s": 10, "wrong": 1}' >>"$work/bench_frame.json"
 printf '    },\n    {\n      "name": "bad",\n      "error_occurred": true,\n      "cpu_time": 1.0,\n' >>"$work/micro.json"
@@ -116,6 +120,7 @@ echo 'the <reason>' >"$work/bench_load.log"
 draw
 expect 0 'no row failed its check'
 expect 1 '<li>bench_skip: scene box, feature front,.* equal 0'
+expect 1 '<li>bench_instructions: scene box, feature front,.* equal 0'
 expect 1 '<li>bench_compile_time: header b.hpp,.* within false'
 expect 1 '<li>bench_frame: scene box.* wrong 1'
 expect 1 '<li>micro: function bad, wrong true'

@@ -46,13 +46,14 @@ options='--size 32x24 --quiet'
 # shellcheck disable=SC2086
 "$RENDER" builtin:cornell $options --spp 13 --checkpoint --out whole.exr
 # shellcheck disable=SC2086
-submit() { sh "$slurm/submit.sh" 4 13 'shared folder/a.exr' builtin:cornell $options >ids; }
+submit() { sh "$slurm/submit.sh" 4 13 'shared folder/a.exr' builtin:cornell $options --stats task.json >ids; }
 
 LOST=2 submit
 grep -q 'merge: samples \[6, 9) are missing' merge.said || wrong 'the samples of the lost task are not named'
 grep -q 'job failed: 1' merge.said || wrong 'the job after a lost task succeeds'
 submit
 grep -q 'failed' merge.said && wrong 'the job fails'
+grep -q '"samples": 0,' task.json || wrong 'a task renders again what it has saved'
 for kind in exr film; do
     cmp "whole.$kind" "shared folder/a.$kind" || wrong "the merged $kind is not that of one process"
 done

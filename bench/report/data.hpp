@@ -44,6 +44,7 @@ std::string error_time_section(const Data&, const std::vector<Row>&);
 std::string frame_section(const Data&, const std::vector<Row>&);
 std::string memory_section(const Data&, const std::vector<Row>&);
 std::string skip_section(const Data&, const std::vector<Row>&);
+std::string instructions_section(const Data&, const std::vector<Row>&);
 std::string rays_section(const Data&, const std::vector<Row>&);
 std::string denoise_section(const Data&, const std::vector<Row>&);
 std::string filter_section(const Data&, const std::vector<Row>&);
@@ -59,6 +60,7 @@ inline const Section sections[] = {
     {"denoising", "Denoising, before and after", "bench_denoise", denoise_section},
     {"filters", "Filters against the naive program and OpenCV", "bench_filter", filter_section},
     {"skipping", "What skipping saves", "bench_skip", skip_section},
+    {"instructions", "What skipping saves, in instructions", "bench_instructions", instructions_section},
     {"frame", "Where a frame's time goes", "bench_frame", frame_section},
     {"memory", "Peak memory", "bench_frame", memory_section},
     {"loading", "Loading scenes", "bench_load", load_section},

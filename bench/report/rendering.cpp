@@ -110,19 +110,33 @@ std::string memory_section(const Data& data, const std::vector<Row>& rows) {
            figure(data, "bench_frame", plot.svg(), "Peak resident memory in MiB.");
 }
 
-std::string skip_section(const Data& data, const std::vector<Row>& rows) {
-    DotPlot plot{"Time without skipping over time with it", {"ratio of CPU seconds; right of 1 is saved"}, 1};
+/// A dot for each scene and feature.
+std::string skip_plot(DotPlot plot, const std::vector<Row>& rows) {
     for (const Row& row : rows) {
         const std::string feature = get(row, "feature"), scene = get(row, "scene");
         plot.dots.push_back({scene, feature, feature == "adaptive" ? "samples where they are needed" : "code left out",
                              number(row, "ratio"), feature + ", " + scene + ": " + shown(number(row, "ratio")),
                              failed(row)});
     }
+    return plot.svg();
+}
+
+std::string skip_section(const Data& data, const std::vector<Row>& rows) {
+    const std::string plot =
+        skip_plot({"Time without skipping over time with it", {"ratio of CPU seconds; right of 1 is saved"}, 1}, rows);
     return "<p>The same image by code that leaves out what the scene doesn't need, and by code that leaves nothing "
            "out, in "
            "turns on one thread. The images have to be equal (bits, or means where formulas differ). <em>adaptive</em> "
            "is "
            "the time of uniform sampling to the same error over that of sampling where it is noisy.</p>\n" +
-           figure(data, "bench_skip", plot.svg(), "CPU seconds without a skip over those with it, by scene.") +
+           figure(data, "bench_skip", plot, "CPU seconds without a skip over those with it, by scene.") +
+           folded("All rows", table(rows));
+}
+
+std::string instructions_section(const Data& data, const std::vector<Row>& rows) {
+    const std::string plot =
+        skip_plot({"Instructions without skipping over those with it", {"ratio; right of 1 is saved"}, 1}, rows);
+    return "<p>The rows above by instructions a sample, which valgrind counts one by one: exact, and for AVX2.</p>\n" +
+           figure(data, "bench_instructions", plot, "Instructions without a skip over those with it, by scene.") +
            folded("All rows", table(rows));
 }

@@ -1,4 +1,5 @@
 // EXR in, denoised EXR out: our planes, or those of Blender, Mitsuba and pbrt.
+#include "../support/denoise_frame.hpp"
 #include "../support/image_output.hpp"
 #include "../support/preview.hpp"
 #include "../support/program.hpp"
@@ -87,9 +88,12 @@ void write_stats(const Options& o, const PixelData<float>& frame, const DenoiseR
     std::fprintf(file.get(),
                  "{\n  \"width\": %d,\n  \"height\": %d,\n  \"method\": \"%s\",\n  \"kernel\": %d,\n  \"threads\": %u,\n"
                  "  \"spikes\": %zu,\n  \"non_finite\": %zu,\n  \"missing\": [%s],\n"
+                 "  \"filter_exponentials\": %llu,\n  \"filter_taps\": %llu,\n"
                  "  \"read_s\": %.9g,\n  \"denoise_s\": %.9g,\n  \"write_s\": %.9g\n}\n",
                  frame.width, frame.height, o.image.denoise.c_str(), o.image.denoise_options().kernel, threads,
-                 report.spikes, report.non_finite, names.c_str(), times.read_s, times.denoise_s, times.write_s);
+                 report.spikes, report.non_finite, names.c_str(),
+                 static_cast<unsigned long long>(report.bilateral.exponentials),
+                 static_cast<unsigned long long>(report.bilateral.taps), times.read_s, times.denoise_s, times.write_s);
     const bool written = std::ferror(file.get()) == 0 && std::fclose(file.release()) == 0;
     require(written, [&] { return o.stats + ": cannot be written; is the disk full?"; });
     pending.commit();

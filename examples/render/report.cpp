@@ -83,6 +83,9 @@ void print_explanation(const RunReport& r) {
     if (r.background_samples > 0)
         std::printf("background       %.1f %% of this run's samples were not traced: their tiles see one colour alone\n",
                     100 * double(r.background_samples) / double(std::max<std::uint64_t>(1, r.samples)));
+    if (r.rays.saved > 0)
+        std::printf("shadow rays      %.1f %% of the light samples were not worth one\n",
+                    100 * double(r.rays.saved) / double(r.rays.saved + r.rays.shadow));
     if (r.error_target > 0)
         std::printf("stopped          %.1f %% of the pixels, which saves %.1f %% of %llu samples a pixel everywhere\n",
                     100 * r.stopped, 100 * (1 - r.mean_spp / double(r.spp)), static_cast<unsigned long long>(r.spp));
@@ -112,6 +115,7 @@ void write_stats(const std::string& path, const RunReport& r) {
     count("rays", r.rays.closest + r.rays.shadow);
     count("closest_rays", r.rays.closest);
     count("shadow_rays", r.rays.shadow);
+    count("shadow_rays_saved", r.rays.saved);
     count("background_samples", r.background_samples);
     number("mrays_per_s", per_second(double(r.rays.closest + r.rays.shadow), r.render_s) * 1e-6);
     count("threads", r.threads);
@@ -122,6 +126,8 @@ void write_stats(const std::string& path, const RunReport& r) {
     count("rejected", r.rejected);
     number("peak_mib", peak_mib());
     number("planes_saved_mib", r.planes_saved_mib);
+    count("filter_exponentials", r.image.bilateral.exponentials);
+    count("filter_taps", r.image.bilateral.taps);
     number("stopped", r.stopped);
     std::fprintf(file.get(), "  \"integrator\": \"%s\",\n  \"sampler\": \"%s\",\n", r.integrator.c_str(),
                  r.sampler.c_str());

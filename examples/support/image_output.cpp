@@ -1,4 +1,5 @@
 #include "image_output.hpp"
+#include "denoise_frame.hpp"
 #include "preview.hpp"
 #include "stopwatch.hpp"
 #include <lambent/core/parallel.hpp>
@@ -161,10 +162,6 @@ void take_settings(ImageSettings& settings, const std::map<std::string, std::str
     }
 }
 
-Denoised<float> denoise_frame(const PixelData<float>& frame, const DenoiseOptions& options, ThreadExecutor& threads) {
-    return denoise(frame, options, threads);
-}
-
 ImageReport write_image(const FilmState<float>& state, const ImageSettings& settings, const ImageFiles& files,
                         ThreadExecutor& threads) {
     const FilmPlanes wanted = settings.layers ? planes_of_layers(settings) : FilmPlanes::radiance;
@@ -181,6 +178,7 @@ ImageReport write_image(const FilmState<float>& state, const ImageSettings& sett
         const Stopwatch watch;
         denoised = denoise_frame(frame, settings.denoise_options(), threads);
         report.spikes = denoised.report.spikes;
+        report.bilateral = denoised.report.bilateral;
         report.denoise_s = watch.seconds();
     }
 

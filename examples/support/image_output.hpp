@@ -47,16 +47,13 @@ struct ImageReport {
     double estimated_error = -1; ///< of the image before denoising, negative = unknown
     double denoised_error = -1;  ///< of the image after it
     std::size_t spikes = 0;      ///< pixels that the denoiser clamped
+    lambent::BilateralCounts bilateral{};
 };
 
 /// Resolves the film, denoises and writes the EXR with its metadata (no clock in it: equal renders are equal files) and
 /// the preview. throws lambent::Error
 ImageReport write_image(const lambent::FilmState<float>& state, const ImageSettings& settings, const ImageFiles& files,
                         lambent::ThreadExecutor& threads);
-
-/// lambent::denoise() of a whole frame: compiled once for all programs.
-lambent::Denoised<float> denoise_frame(const lambent::PixelData<float>& frame, const lambent::DenoiseOptions& options,
-                                       lambent::ThreadExecutor& threads);
 
 /// Fails unless a file of this name can be made. throws lambent::Error
 void check_writable(const std::string& path);

@@ -83,6 +83,18 @@ TEST_CASE("render: killed, the last checkpoint is whole and can be gone on with"
     CHECK(desk.exists("resumed.exr"));
 }
 
+TEST_CASE("merge: the image's settings are those of the film with the first sample, in any order") {
+    Desk desk;
+    REQUIRE(desk.render("--sample-range 0:2 --denoise none --float --out a.exr") == 0);
+    REQUIRE(desk.render("--sample-range 2:4 --denoise fast --out b.exr") == 0);
+    REQUIRE(desk.render("--spp 4 --denoise none --float --out whole.exr") == 0);
+    REQUIRE(desk.merge("ab.film a.film b.film") == 0);
+    REQUIRE(desk.merge("ba.film b.film a.film") == 0);
+    CHECK(desk.same("ab.film", "ba.film"));
+    CHECK(desk.same("ab.exr", "whole.exr"));
+    CHECK(desk.same("ba.exr", "whole.exr"));
+}
+
 TEST_CASE("render --resume and merge refuse what does not belong together, naming the files") {
     Desk desk;
     REQUIRE(desk.render("--sample-range 0:4 --out a.exr") == 0);
@@ -266,6 +278,10 @@ TEST_CASE("G1: render --stats: every field, and stage times that add up to the w
     CHECK(stages == doctest::Approx(stats["total_s"].number).epsilon(0.02));
     REQUIRE(desk.render("--spp 1 --stats one.json") == 0);
     CHECK(Json::parse(desk.bytes("one.json"))["estimated_error"].text == "null");
+    REQUIRE(desk.render("--spp 1 --stats three.json --denoise seed --kernel 3 --size 5x3") == 0);
+    const Json three = Json::parse(desk.bytes("three.json")); // pairs of neighbours in 3 rows of 4 and 5 columns of 2
+    CHECK(three["filter_exponentials"].number == 3 * 4 + 5 * 2);
+    CHECK(three["filter_taps"].number == 2 * (3 * 4 + 5 * 2));
 }
 
 TEST_CASE("render --compensation: another scene's light, so films of one without it do not go on with it") {
@@ -287,12 +303,16 @@ TEST_CASE(
     const Json stats = Json::parse(desk.bytes("s.json"));
     CHECK(stats["planes_saved_mib"].number == doctest::Approx((50 - 10) * 4 * 32 * 24 / 1048576.0));
     CHECK(stats["integrator"].text.find("strategy both") != std::string::npos);
+    CHECK(stats["shadow_rays_saved"].number > 0.1 * stats["shadow_rays"].number);
+    CHECK(desk.says("% of the light samples were not worth one"));
+    CHECK(stats["filter_taps"].number == 0);
     const ExrImage image = read_exr(desk.path("a.exr"));
     CHECK(std::get<std::string>(image.attributes.at("facts")) == "triangles textures emissive_surfaces");
     CHECK(std::get<std::string>(image.attributes.at("skipped")) == "normal_maps alpha standard_bsdf");
     REQUIRE(desk.render("--spp 2 --strategy bsdf --explain") == 0);
     CHECK(desk.says("light_sampling"));
     CHECK(desk.says("skipped          mis"));
+    CHECK(!desk.says("light samples"));
     REQUIRE(desk.render("--error-target 0.2 --explain") == 0);
     CHECK(desk.says("% of the pixels, which saves"));
     CHECK(!desk.says("general_code"));

@@ -165,6 +165,7 @@ TEST_CASE("a counting scene: the same bits; its counts are those of the integrat
         CHECK(n.closest == counted.result.rays.closest);
         CHECK(n.shadow == counted.result.rays.shadow);
         CHECK(n.light_samples > n.shadow);
+        CHECK(counted.result.rays.saved == n.light_samples - n.shadow);
         CHECK(n.surfaces <= n.closest);
         CHECK(n.nodes > n.closest);
         CHECK((n.lookups > 0) == features_of(scene).textures);

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <cstdint>
 #include <lambent/denoise/bilateral_lines.hpp>
 #include <lambent/denoise/bilateral_window.hpp>
 #include <lambent/denoise/despike.hpp>
@@ -38,6 +39,17 @@ struct CrossBilateralOptions {
     PixelWindow window{}; ///< the pixels to filter, with taps from all of the image; default: all
 };
 
+/// The work of a cross_bilateral(). Lanes of registers that hold no pixel are not counted.
+struct BilateralCounts {
+    std::uint64_t exponentials = 0; ///< pairs of pixels that are weighed: one each
+    std::uint64_t taps = 0;         ///< weighted pixels that are added to the sum of another
+    BilateralCounts& operator+=(const BilateralCounts& other) {
+        exponentials += other.exponentials;
+        taps += other.taps;
+        return *this;
+    }
+};
+
 namespace detail {
 inline void check(const CrossBilateralOptions& o) {
     require(o.kernel >= 0 && (o.kernel == 0 || o.kernel % 2 == 1),
@@ -66,7 +78,45 @@ inline PixelWindow with_halo(const PixelWindow& window, int radius, int width, i
     return {std::max(0, window.x0 - radius), std::max(0, window.y0 - radius), std::min(width, window.x1 + radius),
             std::min(height, window.y1 + radius)};
 }
+
+/// Pairs (i, j) with i in [first, last) and j in [i + low, i + high], as far as j is in [begin, end).
+inline std::uint64_t count_pairs(int first, int last, int low, int high, int begin, int end) {
+    std::uint64_t pairs = 0;
+    for (int i = first; i < last; ++i)
+        pairs += std::uint64_t(std::max(0, std::min(end, i + high + 1) - std::max(begin, i + low)));
+    return pairs;
+}
+/// Those that filter_lines() weighs in a line whose pixels [first, last) of `end` are filtered.
+inline std::uint64_t count_line_pairs(bool twice, int first, int last, int radius, int end) {
+    if (!twice) return count_pairs(first, last, -radius, radius, 0, end) - std::uint64_t(last - first);
+    return count_pairs(std::max(0, first - radius), last, 1, radius, first, std::min(end, last + radius));
+}
 } // namespace detail
+
+/// What cross_bilateral() of a width × height image does: a matter of sizes, not of pixels.
+/// throws lambent::Error on a bad option
+/// cost   width + height
+inline BilateralCounts bilateral_counts(int width, int height, const CrossBilateralOptions& options) {
+    detail::check(options);
+    if (options.kernel == 0) return {};
+    const int r = options.kernel / 2;
+    const PixelWindow w = detail::checked_window(options.window, width, height);
+    const PixelWindow seen = detail::with_halo(w, r, width, height);
+    const auto number = [](int n) { return std::uint64_t(n); };
+    std::uint64_t pairs = 0;
+    const bool twice = options.form == BilateralForm::reuse_2d || options.form == BilateralForm::separable_reuse;
+    if (options.form == BilateralForm::naive_2d)
+        pairs = detail::count_pairs(w.x0, w.x1, -r, r, 0, width) * detail::count_pairs(w.y0, w.y1, -r, r, 0, height) -
+                number(w.width()) * number(w.height());
+    else if (options.form == BilateralForm::reuse_2d) // those to the right, and those in rows below
+        pairs = detail::count_pairs(seen.x0, seen.x1, 1, r, 0, width) * number(seen.height()) +
+                detail::count_pairs(seen.x0, seen.x1, -r, r, 0, width) *
+                    detail::count_pairs(seen.y0, seen.y1, 1, r, seen.y0, seen.y1);
+    else
+        pairs = detail::count_line_pairs(twice, w.x0, w.x1, r, width) * number(seen.height()) +
+                detail::count_line_pairs(twice, w.y0, w.y1, r, height) * number(w.width());
+    return {pairs, twice ? 2 * pairs : pairs};
+}
 
 /// Cross-bilateral filter: every pixel becomes the mean of those around it, each weighted by the product of a
 /// Gaussian of the distance in pixels, one of the difference in illumination and one for every feature:
@@ -80,14 +130,15 @@ inline PixelWindow with_halo(const PixelWindow& window, int radius, int width, i
 ///         that is not finite gives nothing and stays; no effect reaches further than the kernel's radius
 /// window  separable forms give the bits that the whole image would have there; give the next tile the same image
 /// threads the same bits for any executor: rows, columns or bands of fixed height are owned by one thread
+/// returns what it did, as bilateral_counts() has it
 /// throws  lambent::Error on a bad option or unequal sizes, before anything is written
 /// cost    see BilateralForm; one exponential a weight. Memory: 4 numbers a pixel (separable forms), else 5 + the
 ///         features' channels, and 8 more with re-use; windows are laid out in segments, so narrow images take a
 ///         few times that
 template <std::floating_point T, Executor E, PixelFeature... Features>
-void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& out,
-                     const CrossBilateralOptions& options, E& executor, const Features&... features) {
-    detail::check(options);
+BilateralCounts cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& out,
+                                const CrossBilateralOptions& options, E& executor, const Features&... features) {
+    const BilateralCounts counts = bilateral_counts(image.width(), image.height(), options);
     require_same_size("cross_bilateral: image and output", image, out);
     const int width = image.width(), height = image.height();
     detail::FeatureList<T> list;
@@ -96,7 +147,7 @@ void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& 
     if (options.kernel == 0) {
         for (int y = window.y0; y < window.y1; ++y)
             for (int x = window.x0; x < window.x1; ++x) out.store(x, y, image.load(x, y));
-        return;
+        return counts;
     }
     const int radius = options.kernel / 2;
     const std::vector<T> kernel = gaussian_kernel<T>(options.kernel, options.sigma_spatial);
@@ -130,13 +181,15 @@ void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& 
     with_light.add(light, width, height);
     if (options.form == BilateralForm::naive_2d) {
         const detail::WindowPlanes<T> planes(width, height, window, kernel, with_light, executor, load);
-        return detail::filter_window(planes, executor, store);
+        detail::filter_window(planes, executor, store);
+        return counts;
     }
     if (options.form == BilateralForm::reuse_2d) {
         const detail::WindowPlanes<T> planes(width, height, seen, kernel, with_light, executor, load);
-        return detail::filter_window_pairs(planes, executor, [&](int x, int y, const Vec3<T>& mean, bool filtered) {
+        detail::filter_window_pairs(planes, executor, [&](int x, int y, const Vec3<T>& mean, bool filtered) {
             if (x >= window.x0 && x < window.x1 && y >= window.y0 && y < window.y1) store(x, y, mean, filtered);
         });
+        return counts;
     }
 
     using detail::LineDirection;
@@ -166,6 +219,7 @@ void cross_bilateral(const PixelView<const T, 3>& image, const PixelView<T, 3>& 
             out.prefetch(x, y);
         },
         store);
+    return counts;
 }
 
 } // namespace LAMBENT_ABI

@@ -81,6 +81,7 @@ struct DenoiseReport {
     NoiseUse used = NoiseUse::filter; ///< what the frame had what it takes for
     bool error = false;         ///< denoised_error() is known
     std::size_t spikes = 0;     ///< pixels that a clamp or the firefly rule made darker
+    BilateralCounts bilateral{}; ///< of all passes of cross_bilateral(): nothing where another filter was used
 };
 
 namespace detail {
@@ -218,17 +219,17 @@ DenoiseReport denoise(const FrameView<T>& input, const std::type_identity_t<Pixe
         report.used = NoiseUse::atrous;
     } else if (!relative) {
         const DistanceFeature<T> position(frame.position, options.sigma_position);
-        cross_bilateral<T>(view, view, filter, executor, position, NormalFeature<T>(frame.normal, options.sigma_normal),
-                           material);
+        const NormalFeature<T> normal(frame.normal, options.sigma_normal);
+        report.bilateral = cross_bilateral<T>(view, view, filter, executor, position, normal, material);
     } else {
         CrossBilateralOptions small = filter;
         small.kernel = std::clamp(filter.kernel / 2 | 1, 3, 17);
         small.sigma_spatial = 0;
         const detail::LightGuide<T> guide(frame, view, [&](const PixelView<const T, 3>& from, const PixelView<T, 3>& to) {
-            cross_bilateral<T>(from, to, small, executor, plane, angle, material);
+            report.bilateral += cross_bilateral<T>(from, to, small, executor, plane, angle, material);
         });
         const RelativeDistanceFeature<T> light(guide.image.view(), guide.deviation.view(), options.sigma_illumination, 1e-3);
-        cross_bilateral<T>(view, view, filter, executor, light, plane, angle, material);
+        report.bilateral += cross_bilateral<T>(view, view, filter, executor, light, plane, angle, material);
     }
     remodulate(frame, illumination.view(), out);
     return report;

@@ -258,8 +258,8 @@ Scene<T> load_gltf_bytes(std::string_view bytes, const std::string& path, const 
 
 /// Loads a scene of a .gltf or .glb file: every mesh instance (EXT_mesh_gpu_instancing's too) unrolled to world space, in
 /// double, then recentred; strips and fans as triangles; cameras, KHR_lights_punctual; materials with their textures and
-/// the extensions that Material has fields for. Images are decoded at the end, in parallel; of a
-/// .glb nothing is read that no triangle needs. A missing or unreadable one is
+/// the extensions that Material has fields for. Images are read and decoded at the end, in parallel, where a triangle's
+/// material needs them; of a .glb nothing else is read either. A missing or unreadable image is
 /// a note, and the factor is used alone. Notes also count whatever was left out: points, lines, skins, morph targets,
 /// animations, unknown extensions.
 /// throws lambent::Error, with the file and a JSON pointer, on a file that is damaged or contradicts itself, on required

@@ -227,6 +227,8 @@ private:
         if (image.bufferView >= 0) return decode_texture(model_.view_bytes(image.bufferView), name, options_.max_pixels);
         const bool data_uri = image.uri.empty() || image.uri.starts_with("data:");
         const std::string full = data_uri ? name : name + " (" + image.uri + ")";
+        if (const auto file = model_.image_files.find(index); file != model_.image_files.end())
+            return decode_texture(FileBytes(file->second).view(), full, options_.max_pixels);
         require(!image.image.empty(), [&] {
             if (!data_uri) check_inside(root_of(path_, options_), folder_of(path_) + percent_decoded(image.uri), full);
             return full + ": no such image";

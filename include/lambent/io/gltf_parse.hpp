@@ -11,9 +11,11 @@
 #include <cstring>
 #include <exception>
 #include <limits>
+#include <map>
 #include <string>
 #include <string_view>
 #include <tiny_gltf.h>
+#include <utility>
 #include <vector>
 
 namespace lambent {
@@ -40,15 +42,42 @@ inline void check_json_depth(std::string_view text, const std::string& path) {
     }
 }
 
+/// tinygltf's model, some of which may be left in files: the first buffer of a .glb, which is read where somebody looks
+/// at it, and images that are files of their own. Refers to the .glb.
+struct GltfModel : tinygltf::Model {
+    const PartialFile* file = nullptr; ///< that buffers[0] is left in, if it is
+    std::size_t offset = 0, length = 0; ///< of it there
+    std::map<int, std::string> image_files{}; ///< by index; the bytes of others are there, or could not be had
+
+    std::size_t buffer_size(std::size_t buffer) const {
+        return file != nullptr && buffer == 0 ? length : buffers[buffer].data.size();
+    }
+    /// A validated buffer view's bytes.
+    std::string_view view_bytes(int view) const {
+        const tinygltf::BufferView& v = bufferViews[std::size_t(view)];
+        if (file != nullptr && v.buffer == 0) return file->range(offset + v.byteOffset, v.byteLength);
+        return {reinterpret_cast<const char*>(buffers[std::size_t(v.buffer)].data.data()) + v.byteOffset, v.byteLength};
+    }
+};
+
 /// The files that a glTF document names, as tinygltf asks for them: regular ones inside of the scene's root, and no
-/// more bytes than the options allow.
+/// more bytes than the options allow. Images are not read, but their names kept.
 class GltfFiles {
 public:
-    GltfFiles(const std::string& path, const LoadOptions& options)
-        : path_(path), root_(root_of(path, options)), left_(options.max_bytes), most_(options.max_bytes) {}
+    GltfFiles(const std::string& path, const LoadOptions& options, GltfModel& model)
+        : path_(path), root_(root_of(path, options)), left_(options.max_bytes), most_(options.max_bytes),
+          model_(model) {}
 
     /// Why the first file that was asked for was not given; empty if all were.
     const std::string& refusal() const { return refusal_; }
+
+    /// Takes what tinygltf makes of an image; images of buffer views, whose range nobody has checked yet, it does not
+    /// even look at. All are decoded later, once they are known to be used.
+    void take(tinygltf::Image& image, int index, const unsigned char* data, int size) {
+        if (image.bufferView >= 0) return;
+        if (left_out_.empty()) image.image.assign(data, data + size);
+        else model_.image_files[index] = std::exchange(left_out_, {});
+    }
 
     tinygltf::FsCallbacks callbacks() {
         tinygltf::FsCallbacks c{};
@@ -85,30 +114,18 @@ private:
                 return path_ + ": the files that it names have more than " + std::to_string(most_) + " bytes";
             });
             left_ -= std::size_t(size);
-            read_file(file, out);
+            // tinygltf says not for what it wants a file. It has all buffers before the first view of them, and images
+            // after: only where there is no view, and so next to nothing to see, an image is read like a buffer.
+            if (model_.bufferViews.empty()) return read_file(file, out);
+            left_out_ = file;
+            out.assign(1, 0); // no file would be an error of the document
         });
     }
 
     const std::string& path_;
-    std::string root_, refusal_;
+    std::string root_, refusal_, left_out_; ///< the last: of the image that is next
     std::size_t left_, most_;
-};
-
-/// tinygltf's model, whose first buffer may be left in the file: a .glb is read where somebody looks at it. Refers to the
-/// file.
-struct GltfModel : tinygltf::Model {
-    const PartialFile* file = nullptr; ///< that buffers[0] is left in, if it is
-    std::size_t offset = 0, length = 0; ///< of it there
-
-    std::size_t buffer_size(std::size_t buffer) const {
-        return file != nullptr && buffer == 0 ? length : buffers[buffer].data.size();
-    }
-    /// A validated buffer view's bytes.
-    std::string_view view_bytes(int view) const {
-        const tinygltf::BufferView& v = bufferViews[std::size_t(view)];
-        if (file != nullptr && v.buffer == 0) return file->range(offset + v.byteOffset, v.byteLength);
-        return {reinterpret_cast<const char*>(buffers[std::size_t(v.buffer)].data.data()) + v.byteOffset, v.byteLength};
-    }
+    GltfModel& model_;
 };
 
 /// What tinygltf gets to see of a binary glTF whose buffer it need not copy: the same JSON, but with a buffer of 4 bytes.
@@ -131,8 +148,8 @@ inline std::string without_binary(const PartialFile& file, const GlbChunks& chun
     return out;
 }
 
-/// Parses a .gltf or .glb file named `path`, which of the two by its first bytes, with buffers and images loaded but
-/// nothing checked, and those of a .glb left in the file.
+/// Parses a .gltf or .glb file named `path`, which of the two by its first bytes, with buffers loaded but nothing checked;
+/// those of a .glb, and images, are left in their files.
 /// throws lambent::Error with tinygltf's words on what it notices
 inline GltfModel parse_gltf(const PartialFile& file, const std::string& path, const LoadOptions& options) {
     require(file.size() > 0, [&] { return path + ": the file is empty"; });
@@ -151,18 +168,16 @@ inline GltfModel parse_gltf(const PartialFile& file, const std::string& path, co
         bytes = file.all();
         check_json_depth(bytes, path);
     }
-    GltfFiles files(path, options);
+    GltfFiles files(path, options, model);
     tinygltf::TinyGLTF parser;
     parser.SetFsCallbacks(files.callbacks());
-    // Encoded images are kept and decoded later, once they are known to be used; those in a buffer view,
-    // whose range nobody has checked here, are not even looked at.
     parser.SetImageLoader(
-        [](tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* data,
-           int size, void*) {
-            if (image->bufferView < 0 && size > 0) image->image.assign(data, data + size);
+        [](tinygltf::Image* image, int index, std::string*, std::string*, int, int, const unsigned char* data, int size,
+           void* self) {
+            static_cast<GltfFiles*>(self)->take(*image, index, data, size);
             return true;
         },
-        nullptr);
+        &files);
     std::string error, warning;
     bool parsed = false;
     try {

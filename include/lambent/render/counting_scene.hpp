@@ -7,11 +7,11 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// What a scene was asked. shadow = light samples that were not worth a ray left out.
+/// What a scene was asked. RayCounts has the shadow rays that were saved; bilateral_counts() what a filter does.
 struct SceneCounts {
     std::uint64_t closest = 0, shadow = 0; ///< rays
     std::uint64_t nodes = 0;               ///< of the tree, opened by both kinds, as if cameras saw all back sides
-    std::uint64_t light_samples = 0;       ///< drawn; a shadow ray is saved for each beyond `shadow`
+    std::uint64_t light_samples = 0;       ///< drawn; `shadow` of them were worth a ray
     std::uint64_t surfaces = 0;            ///< points of surfaces that were made out
     std::uint64_t lookups = 0;             ///< texture slots in use of their materials: each is looked up at most once
 };

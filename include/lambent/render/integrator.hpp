@@ -23,12 +23,14 @@ inline constexpr std::uint32_t lobe = 2;      ///< 1D
 inline constexpr std::uint32_t roulette = 3;  ///< 1D
 } // namespace dimensions
 
-/// Counts of what was traced.
+/// Counts of what was traced, and of what was not.
 struct RayCounts {
     std::uint64_t closest = 0, shadow = 0;
+    std::uint64_t saved = 0; ///< shadow rays: light samples that could not have shown, and so were not worth one
     RayCounts& operator+=(const RayCounts& other) {
         closest += other.closest;
         shadow += other.shadow;
+        saved += other.saved;
         return *this;
     }
 };

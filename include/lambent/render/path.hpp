@@ -42,6 +42,7 @@ struct PathState {
     Vec3<T> extinction{0};   ///< per unit of length, of the volume that the ray is in
     Ray<T> shadow_ray;
     Vec3<T> shadow_radiance{0};
+    bool aimed = false; ///< a light sample was drawn; black `shadow_radiance` says then that it was not worth a ray
     bool alive = true;
     [[no_unique_address]] Listener listener{};
 
@@ -76,6 +77,7 @@ struct PathIntegrator {
                  const Stream& stream) const {
         using T = typename S::Scalar;
         path.shadow_radiance = Vec3<T>(0);
+        path.aimed = false;
         if (!hit) {
             path.listener.miss(path);
             add_emission(path, scene.background(path.ray.direction),
@@ -102,7 +104,10 @@ struct PathIntegrator {
         while (path.alive) {
             ++counts.closest;
             advance(scene, path, path.depth == 0 ? detail::camera_hit(scene, path.ray) : scene.intersect(path.ray), stream);
-            if (is_black(path.shadow_radiance)) continue;
+            if (is_black(path.shadow_radiance)) {
+                counts.saved += path.aimed ? 1u : 0u;
+                continue;
+            }
             ++counts.shadow;
             const bool occluded = scene.occluded(path.shadow_ray);
             path.listener.shadow(path, occluded);
@@ -163,6 +168,7 @@ private:
                              const B& bsdf, const Vec3<T>& wo, std::uint32_t base, const Stream& stream) {
         const LightSample<T> light = scene.sample_light(surface.position, lit_normal(surface, bsdf),
                                                         stream.get_2d(base + dimensions::light), companion);
+        path.aimed = true;
         path.listener.light(path, light);
         if (!(light.pdf > 0)) return;
         const Vec3<T> wi = frame.to_local(light.wi);

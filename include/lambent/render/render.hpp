@@ -89,7 +89,7 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
     const CameraRays<T> rays(camera, options.width, options.height, detail::origin_of(scene));
 
     FilmPass<T> pass(width, height, options.planes, options.first_sample, options.end_sample, options.active);
-    std::atomic<std::uint64_t> closest{0}, shadow{0}, skipped{0};
+    std::atomic<std::uint64_t> closest{0}, shadow{0}, saved{0}, skipped{0};
     std::atomic<bool> stopped{false};
     executor.parallel_for(std::size_t(tiles_x) * std::size_t(tiles_y), 1, [&](std::size_t begin, std::size_t end) {
         RayCounts counts;
@@ -128,9 +128,10 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
         }
         closest += counts.closest;
         shadow += counts.shadow;
+        saved += counts.saved;
         skipped += not_traced;
     });
-    RenderResult result{{closest, shadow}, skipped, stopped};
+    RenderResult result{{closest, shadow, saved}, skipped, stopped};
     if (stopped) return result;
     if (film.blocks().empty()) film = pass.finish();
     else film.merge(pass.finish());
