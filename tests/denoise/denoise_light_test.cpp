@@ -287,3 +287,49 @@ TEST_CASE("restore_energy: what is lacking comes back where it was, noise does n
     CHECK(right == doctest::Approx(1).epsilon(0.06));
     CHECK(squares < 0.03);
 }
+
+TEST_CASE("restore_energy: what a lamp lacks does not brighten the dark around it") {
+    Plane<float, 3> noisy(64, 64, 0.1f), image(64, 64, 0.1f);
+    for (int y = 30; y < 34; ++y)
+        for (int x = 30; x < 34; ++x) {
+            noisy.view().store(x, y, Vec3f(20));
+            image.view().store(x, y, Vec3f(15));
+        }
+    restore_energy<float>(image.view(), noisy.view());
+    CHECK(image.load(28, 32).x < 0.103f);
+    CHECK(image.load(2, 2).x < 0.1005f);
+    Plane<float, 3> black(9, 9), light(9, 9, 1.0f);
+    restore_energy<float>(black.view(), light.view());
+    for (const float v : black.values()) CHECK(v == 0);
+}
+
+TEST_CASE("denoise_light: pixels beside a lamp's faint reflection stay dark") {
+    constexpr int width = 64, height = 40, spp = 16;
+    const auto lamp = [](int x, int y) { return x >= 30 && x < 36 && y >= 16 && y < 22; };
+    const std::uint64_t seed = 3;
+    CAPTURE(seed);
+    Random random(seed);
+    FilmPass<float> pass(width, height, FilmPlanes::statistics, 0, spp);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            FilmPass<float>::Pixel pixel(pass, x, y);
+            for (int i = 0; i < spp; ++i) { // one path in twenty is reflected, the others see a dark wall
+                PixelSample<float> s;
+                s.hit = true;
+                s.albedo = Vec3f(0.1f);
+                s.direct = Vec3f(lamp(x, y) && random.uniform() < 0.05 ? 100 : float(0.1 + 0.1 * random.uniform()));
+                s.radiance = s.direct;
+                pixel.add(s);
+            }
+        }
+    const Plane<float, 3> out = cleaned(pass.finish().resolve());
+    double beside = 0, count = 0, inside = 0;
+    for (int y = 13; y < 25; ++y)
+        for (int x = 27; x < 39; ++x) {
+            if (lamp(x, y)) inside += double(out.load(x, y).x) / 36;
+            else beside += std::pow(double(out.load(x, y).x) / 0.15 - 1, 2), count += 1;
+        }
+    CAPTURE(beside / count);
+    CHECK(beside / count < 4);
+    CHECK(inside > 0.5);
+}

@@ -3,6 +3,7 @@
 #include <lambent/core/executor.hpp>
 #include <lambent/core/exp.hpp>
 #include <lambent/core/simd.hpp>
+#include <lambent/denoise/phased_planes.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <algorithm>
 #include <array>
@@ -22,6 +23,7 @@ struct LightRegressionOptions {
     double feature_floor = 1e-3;  ///< least variance of a feature
     double own_vote = 1e-9;       ///< weight of what a pixel says of itself, beside what windows say
     double ridge = 1e-3;          ///< on the slopes, relative to the sum of weights
+    double dim = 0.5; ///< in means of the image's light: below it errors count as they are, above it as parts of the light
 };
 
 /// What LightRegression fits, and what it tests: all of the image's size and finite.
@@ -33,59 +35,13 @@ struct LightToFit {
     std::array<double, 2> test_softness{0.25, 0.25}; ///< by how much tests of patches of radius 1 and 3 may fail
 };
 
-namespace detail {
-
-/// Planes with a rim that repeats the border, split by columns modulo the stride, so that every stride-th pixel of a
-/// row lies beside the next in memory, whichever pixel it starts from.
-template <class T>
-class PhasedPlanes {
-public:
-    static constexpr int rim = 16,
-                         reserve = 80; ///< pixels left and right; zeros that tiles (64 wide) may read beyond them
-
-    PhasedPlanes(int width, int height, int channels, int stride)
-        : stride_(stride), row_((width + 2 * rim + reserve + stride - 1) / stride), rows_(height + 2 * rim),
-          channel_(std::size_t(stride) * std::size_t(rows_) * std::size_t(row_)),
-          values_(std::size_t(channels) * channel_) {}
-
-    /// Where pixel (x, y) lies in each channel, x and y from -rim on; pixels (x + stride · i, y) lie behind it.
-    std::size_t at(int x, int y) const {
-        const int column = x + rim, phase = column % stride_;
-        return (std::size_t(phase) * std::size_t(rows_) + std::size_t(y + rim)) * std::size_t(row_) +
-               std::size_t(column / stride_);
-    }
-    T* channel(int c) { return values_.data() + std::size_t(c) * channel_; }
-    const T* channel(int c) const { return values_.data() + std::size_t(c) * channel_; }
-
-    template <class F> // f(x, y) of a pixel inside
-    void fill(int c, int width, int height, F&& f) {
-        std::vector<T> row(std::size_t(width + 2 * rim));
-        for (int y = 0; y < height; ++y) {
-            for (int x = 0; x < width; ++x) row[std::size_t(x + rim)] = f(x, y);
-            std::fill_n(row.begin(), rim, row[std::size_t(rim)]);
-            std::fill_n(row.end() - rim, rim, row[std::size_t(width + rim - 1)]);
-            for (int at = y == 0 ? -rim : y; at < (y == height - 1 ? height + rim : y + 1); ++at)
-                for (int phase = 0; phase < stride_; ++phase) {
-                    T* const out = channel(c) + (std::size_t(phase) * std::size_t(rows_) + std::size_t(at + rim)) *
-                                                    std::size_t(row_);
-                    for (int x = phase; x < width + 2 * rim; x += stride_) out[x / stride_] = row[std::size_t(x)];
-                }
-        }
-    }
-
-private:
-    int stride_, row_, rows_;
-    std::size_t channel_;
-    std::vector<T> values_;
-};
-
-} // namespace detail
-
 /// First-order regression of light on features in overlapping windows, weighted by features and by a test on the
 /// samples'
 /// own statistics whether two pixels could have the same light: smooth where light is, sharp where it is not, with an
 /// error that falls to 0 with the noise. Each window's model says something about all its pixels; a pixel is the mean
-/// of what is said, by weight.
+/// of what is said, by weight, and by how little light it is: by 1 / (1 + light² / dim²), which makes the relative
+/// error least. Where some say that a pixel belongs to a lamp's reflection and others that it lies beside it, the
+/// mean alone would be many times too bright for a dark pixel, and only half of what a bright one has.
 /// source  regression: Bitterli et al., Nonlinearly weighted first-order regression for denoising Monte Carlo
 ///         renderings, EGSR 2016; tests: Sakai et al., A statistical approach to Monte Carlo denoising, SIGGRAPH Asia
 /// 2024
@@ -146,8 +102,9 @@ public:
         const int tiles_x = (w_ + tile_w - 1) / tile_w, tiles_y = (h_ + tile_h - 1) / tile_h;
         std::vector<std::vector<T>> said(std::size_t(tiles_x) * std::size_t(tiles_y)); ///< empty: of a dark tile
         const LitBlocks lit(light.color);
+        const T brightness = per_dim(light.color);
         executor.parallel_for(said.size(), 1, [&](std::size_t begin, std::size_t end) {
-            Work work(o_, light.test_softness);
+            Work work(o_, light.test_softness, brightness);
             for (std::size_t i = begin; i < end; ++i) {
                 // Whatever its windows speak about has windows without light alone.
                 if (!lit.any(int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, tile_w, tile_h, 3 * o_.radius)) continue;
@@ -170,9 +127,9 @@ public:
                             if (tile.empty()) continue;
                             for (int c = 0; c < 4; ++c) sum[c] += tile[said_index(c, u, v)];
                         }
-                    const T vote = T(o_.own_vote);
-                    const Vec3<T> value =
-                        (Vec3<T>(sum[0], sum[1], sum[2]) + vote * light.color.load(x, y)) / (sum[3] + vote);
+                    const Vec3<T> here = light.color.load(x, y);
+                    const T level = (here.x + here.y + here.z) * brightness, vote = T(o_.own_vote) / (1 + level * level);
+                    const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + vote * here) / (sum[3] + vote);
                     out.store(x, y, max(value, Vec3<T>(0)));
                 }
         });
@@ -209,9 +166,21 @@ private:
         require(w > 0 && h > 0, "LightRegression: the image is empty");
         require(o.radius >= 1 && o.radius <= 8 && (o.stride == 1 || o.stride == 2),
                 "LightRegression: radius must be 1 to 8, stride 1 or 2");
-        require(o.feature_sigma > 0 && o.feature_floor > 0 && o.own_vote > 0 && o.ridge > 0,
+        require(o.feature_sigma > 0 && o.feature_floor > 0 && o.own_vote > 0 && o.ridge > 0 && o.dim > 0,
                 "LightRegression: all of the options must be positive");
         return o;
+    }
+
+    /// 1 over what is dim, summed over channels; 0 where there is no light.
+    T per_dim(const PixelView<const T, 3>& color) const {
+        double sum = 0;
+        for (int y = 0; y < h_; ++y)
+            for (int x = 0; x < w_; ++x) {
+                const Vec3<T> c = color.load(x, y);
+                sum += double(c.x) + double(c.y) + double(c.z);
+            }
+        const double dim = o_.dim * sum / (double(w_) * h_);
+        return dim > 0 ? T(1 / std::max(dim, 1e-30)) : T(0);
     }
 
     int reach_w() const { return tile_w + 2 * o_.radius + 2 * width; }
@@ -225,7 +194,8 @@ private:
     }
 
     struct Work {
-        Work(const LightRegressionOptions& o, const std::array<double, 2>& softness) : test_softness(softness) {
+        Work(const LightRegressionOptions& o, const std::array<double, 2>& softness, T light)
+            : test_softness(softness), brightness(light) {
             const int side = 2 * o.radius + 1;
             taps = (side * side + block - 1) / block * block;
             centers_w = tile_w / o.stride;
@@ -238,6 +208,7 @@ private:
             said_offsets.resize(std::size_t(side * side));
         }
         std::array<double, 2> test_softness;
+        T brightness; ///< of a sum of channels, in units of what is dim
         int taps, centers_w, centers_h;
         std::vector<T> weights; ///< [tap][center]
         std::vector<T> test, small, large;
@@ -373,7 +344,6 @@ private:
         for (int t = 0; t < side * side; ++t) {
             const std::size_t there = work.offsets[std::size_t(t)] + std::size_t(i);
             T* const to = said + work.said_offsets[std::size_t(t)] + i;
-            const P w = weights(t);
             P sum[3] = {b[0], b[1], b[2]};
 #pragma GCC unroll 8
             for (int c = 0; c < features; ++c) {
@@ -382,10 +352,13 @@ private:
                 for (int channel = 0; channel < 3; ++channel)
                     sum[channel] = multiply_add(b[3 * (c + 1) + channel], d, sum[channel]);
             }
+            // A model that says less than nothing is as far off as one that says as much too much.
+            const P level = (sum[0] + sum[1] + sum[2]) * P(work.brightness);
+            const P vote = weights(t) / multiply_add(level, level, P(T(1)));
 #pragma GCC unroll 4
             for (int channel = 0; channel < 4; ++channel) {
                 T* const place = to + std::size_t(channel) * said_channel();
-                (P::load(place) + (channel < 3 ? w * sum[channel] : w)).store(place);
+                (P::load(place) + (channel < 3 ? vote * max(sum[channel], P(T(0))) : vote)).store(place);
             }
         }
     }
