@@ -38,7 +38,7 @@ struct LightDenoiseReport {
 struct LightDenoiseOptions {
     int radius = 5;             ///< of the regression's windows, in pixels
     int stride = 1;             ///< one model for so many pixels a side: 2 is faster and worse
-    double feature_sigma = 3;   ///< see LightRegressionOptions
+    double feature_sigma = 5;   ///< see LightRegressionOptions; after one sample 0.6 of it
     int feature_radius = 2;     ///< of the windows in which features are cleaned of their own noise: at most 1 from 8 samples
                                 ///< on; 0: they are not
 };
@@ -76,7 +76,7 @@ Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviation
                 double limit = mean + deviations * std::sqrt(squares / count);
                 if (!(here > limit)) continue;
                 const double own = sigma(x, y);
-                if (own > 0) limit += (here - limit) * std::clamp(((here - limit) / own - 2) / 2, 0.0, 1.0);
+                if (own > 0) limit += (here - limit) * std::clamp(((here - limit) / own - 1) / 2, 0.0, 1.0);
                 factors.view().store(x, y, T(limit / here));
             }
     });
@@ -126,8 +126,8 @@ struct LightPart {
 /// By how much tests of patches of radius 1 and 3 may fail.
 inline std::array<double, 2> test_softness(bool direct, double samples) {
     using By = BySamples;
-    if (direct) return {By{{.12, .25, .35, .35}}(samples), By{{.12, .25, .35, .35}}(samples)};
-    return {By{{.25, .5, .5, .5}}(samples), By{{.12, .35, .5, .5}}(samples)};
+    if (direct) return {By{{.12, .25, .5, .35, .5}}(samples), By{{.12, .25, .5, .5, .7}}(samples)};
+    return {By{{.25, .5, .5, .7, 1.2}}(samples), By{{.12, .35, .5, .6, 1}}(samples)};
 }
 
 /// Cleans `light`, a part's without what is not finite, in place. `own`: as LightRegression::run() gives it.
@@ -141,7 +141,7 @@ std::size_t clean_part(const FrameView<T>& frame, const LightPart<T>& part, cons
     const bool halves = samples >= 8 && !part.root_halves.absent();
     const Plane<T, 1> spread = spread_factor<T>(part.root_variance, halves ? part.root_halves : PixelView<const T, 1>(),
                                                 executor);
-    const T scale = T(halves ? 1.5 : BySamples{{1, 1, 0.7, 0.6}}(samples));
+    const T scale = T(halves ? 1.5 : BySamples{{1, 1, 0.7, 0.6, 0.6}}(samples));
     const auto deviation = [&](int x, int y) {
         const Vec3<T> v = frame.variance.load(x, y);
         const double s = std::sqrt(double(v.x)) + std::sqrt(double(v.y)) + std::sqrt(double(v.z));
@@ -221,8 +221,10 @@ LightDenoiseReport denoise_light(const FrameView<T>& input, const std::type_iden
                              !is_finite(frame.indirect.load(x, y));
     });
     samples /= std::max(1.0, counted);
+    // feature_noise() errs towards more.
+    const double feature_sigma = options.feature_sigma * (samples < 2 ? 0.6 : 1);
     LightRegressionOptions regression{.radius = options.radius, .stride = options.stride,
-                                      .feature_sigma = options.feature_sigma, .feature_floor = 3e-4,
+                                      .feature_sigma = feature_sigma, .feature_floor = 3e-4,
                                       .own_vote = options.stride > 1 ? 0.1 : 1e-9};
     regression.ridge = samples < 2 ? 0.1 : samples < 16 ? 1e-3 : 1e-4;
 

@@ -15,12 +15,12 @@ inline namespace LAMBENT_ABI {
 
 namespace detail {
 
-/// Parameters that go with the number of samples, between those at 1, 4, 16 and 64.
+/// Parameters that go with the number of samples, between those at 1, 4, 16, 64 and 256.
 struct BySamples {
-    std::array<double, 4> at;
+    std::array<double, 5> at;
     double operator()(double samples) const {
-        const double place = std::clamp(std::log2(std::max(1.0, samples)) / 2, 0.0, 3.0);
-        const auto i = std::min(std::size_t(place), std::size_t(2));
+        const double place = std::clamp(std::log2(std::max(1.0, samples)) / 2, 0.0, 4.0);
+        const auto i = std::min(std::size_t(place), std::size_t(3));
         const double part = place - double(i);
         return at[i] * (1 - part) + at[i + 1] * part;
     }
@@ -55,7 +55,7 @@ struct LightGuides {
     template <class E>
     LightGuides(const FrameView<T>& frame, int radius, double samples, E& executor) {
         if (samples >= 8) radius = std::min(radius, 1);
-        const double softness = BySamples{{0.25, 0.25, 1, 1}}(samples);
+        const double softness = BySamples{{0.25, 0.25, 1, 1, 1}}(samples);
         const int width = frame.radiance.width(), height = frame.radiance.height();
         const auto add = [&](int channel, int size, const auto& mean, const auto& variance, double factor) {
             if (mean.absent()) return;
