@@ -333,3 +333,30 @@ TEST_CASE("denoise_light: pixels beside a lamp's faint reflection stay dark") {
     CHECK(beside / count < 4);
     CHECK(inside > 0.5);
 }
+
+TEST_CASE("LightRegression: a bright pixel has a say where its samples agree, none where one may have brought it all") {
+    constexpr int side = 24;
+    const auto fitted = [&](float variance_of_bright) {
+        Random random(7);
+        Plane<float, 3> color(side, side), root(side, side);
+        Plane<float, 1> variance(side, side, 1e-5f);
+        for (int y = 0; y < side; ++y)
+            for (int x = 0; x < side; ++x) {
+                const float light = x == 12 && y == 12 ? 0.5f : float(random.uniform(0.009, 0.011));
+                color.view().store(x, y, Vec3f(light));
+                root.view().store(x, y, Vec3f(std::sqrt(light)));
+            }
+        variance.view().store(12, 12, variance_of_bright);
+        const LightRegression<float> fit(side, side, {.radius = 5, .stride = 1});
+        Plane<float, 3> out(side, side);
+        SerialExecutor serial;
+        fit.run({std::as_const(color).view(), std::as_const(root).view(), std::as_const(variance).view(), {.5, .5}},
+                out.view(), serial);
+        return out.load(12, 12).x;
+    };
+    const float agree = fitted(0.05f), alone = fitted(1.5f); // 3 · variance beside (3 · 0.71)², the root's square
+    CAPTURE(agree);
+    CAPTURE(alone);
+    CHECK(agree > 0.04f); // 0.011 without a say
+    CHECK(alone < 0.02f);
+}

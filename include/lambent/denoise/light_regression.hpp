@@ -23,7 +23,8 @@ struct LightRegressionOptions {
     double feature_floor = 1e-3;  ///< least variance of a feature
     double own_vote = 1e-9;       ///< weight of what a pixel says of itself, beside what windows say
     double ridge = 1e-3;          ///< on the slopes, relative to the sum of weights
-    double dim = 0.5; ///< in means of the image's light: below it errors count as they are, above it as parts of the light
+    double dim = 0.5; ///< below this part of the image's mean light, or of what a pixel's samples vouch for, errors count
+                      ///< as they are, above it as parts of the light
 };
 
 /// What LightRegression fits, and what it tests: all of the image's size and finite.
@@ -41,7 +42,8 @@ struct LightToFit {
 /// error that falls to 0 with the noise. Each window's model says something about all its pixels; a pixel is the mean
 /// of what is said, by weight, and by how little light it is: by 1 / (1 + light² / dim²), which makes the relative
 /// error least. Where some say that a pixel belongs to a lamp's reflection and others that it lies beside it, the
-/// mean alone would be many times too bright for a dark pixel, and only half of what a bright one has.
+/// mean alone would be many times too bright for a dark pixel, and only half of what a bright one has. A pixel's own
+/// samples vouch for its light where they agree, and for none where one of them may have brought it all.
 /// source  regression: Bitterli et al., Nonlinearly weighted first-order regression for denoising Monte Carlo
 ///         renderings, EGSR 2016; tests: Sakai et al., A statistical approach to Monte Carlo denoising, SIGGRAPH Asia
 /// 2024
@@ -102,15 +104,17 @@ public:
         const int tiles_x = (w_ + tile_w - 1) / tile_w, tiles_y = (h_ + tile_h - 1) / tile_h;
         std::vector<std::vector<T>> said(std::size_t(tiles_x) * std::size_t(tiles_y)); ///< empty: of a dark tile
         const LitBlocks lit(light.color);
-        const T brightness = per_dim(light.color);
+        Phased brightness(w_, h_, 1, o_.stride);
+        const Plane<T, 1> per_dim = inverse_dim(light);
+        brightness.fill(0, w_, h_, [&](int x, int y) { return per_dim.load(x, y); });
         executor.parallel_for(said.size(), 1, [&](std::size_t begin, std::size_t end) {
-            Work work(o_, light.test_softness, brightness);
+            Work work(o_, light.test_softness);
             for (std::size_t i = begin; i < end; ++i) {
                 // Whatever its windows speak about has windows without light alone.
                 if (!lit.any(int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, tile_w, tile_h, 3 * o_.radius)) continue;
                 said[i].assign(std::size_t(4 * reach_w() * reach_h()), T(0));
-                fit_tile(colors, roots, int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, work, said[i].data(),
-                         own);
+                fit_tile(colors, brightness, roots, int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, work,
+                         said[i].data(), own);
             }
         });
         executor.parallel_for(std::size_t(h_), 16, [&](std::size_t begin, std::size_t end) {
@@ -128,7 +132,8 @@ public:
                             for (int c = 0; c < 4; ++c) sum[c] += tile[said_index(c, u, v)];
                         }
                     const Vec3<T> here = light.color.load(x, y);
-                    const T level = (here.x + here.y + here.z) * brightness, vote = T(o_.own_vote) / (1 + level * level);
+                    const T level = (here.x + here.y + here.z) * per_dim.load(x, y);
+                    const T vote = T(o_.own_vote) / (1 + level * level);
                     const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + vote * here) / (sum[3] + vote);
                     out.store(x, y, max(value, Vec3<T>(0)));
                 }
@@ -171,16 +176,22 @@ private:
         return o;
     }
 
-    /// 1 over what is dim, summed over channels; 0 where there is no light.
-    T per_dim(const PixelView<const T, 3>& color) const {
+    /// 1 over the light, summed over channels, below which errors count as they are.
+    Plane<T, 1> inverse_dim(const LightToFit<T>& light) const {
+        const auto total = [](const Vec3<T>& v) { return v.x + v.y + v.z; };
         double sum = 0;
         for (int y = 0; y < h_; ++y)
+            for (int x = 0; x < w_; ++x) sum += double(total(light.color.load(x, y)));
+        const double mean = sum / (double(w_) * h_);
+        Plane<T, 1> inverse(w_, h_);
+        for (int y = 0; y < h_; ++y)
             for (int x = 0; x < w_; ++x) {
-                const Vec3<T> c = color.load(x, y);
-                sum += double(c.x) + double(c.y) + double(c.z);
+                const T root = total(light.root.load(x, y)), variance = T(3) * light.root_variance.load(x, y);
+                const T sure = variance < root * root ? T(1) - std::sqrt(variance) / root : T(0);
+                const double vouched = double(sure * sure) * double(total(light.color.load(x, y)));
+                inverse.view().store(x, y, T(1 / std::max(o_.dim * std::max(mean, vouched), 1e-30)));
             }
-        const double dim = o_.dim * sum / (double(w_) * h_);
-        return dim > 0 ? T(1 / std::max(dim, 1e-30)) : T(0);
+        return inverse;
     }
 
     int reach_w() const { return tile_w + 2 * o_.radius + 2 * width; }
@@ -194,8 +205,7 @@ private:
     }
 
     struct Work {
-        Work(const LightRegressionOptions& o, const std::array<double, 2>& softness, T light)
-            : test_softness(softness), brightness(light) {
+        Work(const LightRegressionOptions& o, const std::array<double, 2>& softness) : test_softness(softness) {
             const int side = 2 * o.radius + 1;
             taps = (side * side + block - 1) / block * block;
             centers_w = tile_w / o.stride;
@@ -208,15 +218,14 @@ private:
             said_offsets.resize(std::size_t(side * side));
         }
         std::array<double, 2> test_softness;
-        T brightness; ///< of a sum of channels, in units of what is dim
         int taps, centers_w, centers_h;
         std::vector<T> weights; ///< [tap][center]
         std::vector<T> test, small, large;
         std::vector<std::size_t> offsets, said_offsets; ///< of the taps of one row of centers
     };
 
-    void fit_tile(const Phased& colors, const Phased& roots, int x0, int y0, Work& work, T* said,
-                  const PixelView<T, 1>& own) const {
+    void fit_tile(const Phased& colors, const Phased& brightness, const Phased& roots, int x0, int y0, Work& work,
+                  T* said, const PixelView<T, 1>& own) const {
         const int side = 2 * o_.radius + 1;
         for (int t = 0; t < side * side; ++t)
             weigh(roots, x0, y0, t % side - o_.radius, t / side - o_.radius, work,
@@ -228,7 +237,7 @@ private:
                 work.said_offsets[std::size_t(t)] = said_index(0, dx + o_.radius, j * o_.stride + dy + o_.radius);
             }
             for (int i = 0; i < work.centers_w && x0 + i * o_.stride < w_; i += width)
-                fit(colors, x0, y0, i, j, work, said, own);
+                fit(colors, brightness, x0, y0, i, j, work, said, own);
         }
     }
 
@@ -290,7 +299,7 @@ private:
     int clamp_y(int y) const { return std::min(y, h_ + Phased::rim - 1); }
 
     /// Fits the models of eight centers side by side, and lets each speak about its window.
-    void fit(const Phased& colors, int x0, int y0, int i, int j, const Work& work, T* said,
+    void fit(const Phased& colors, const Phased& brightness, int x0, int y0, int i, int j, const Work& work, T* said,
              const PixelView<T, 1>& own) const {
         const int side = 2 * o_.radius + 1, y = y0 + j * o_.stride;
         P here[features];
@@ -353,7 +362,7 @@ private:
                     sum[channel] = multiply_add(b[3 * (c + 1) + channel], d, sum[channel]);
             }
             // A model that says less than nothing is as far off as one that says as much too much.
-            const P level = (sum[0] + sum[1] + sum[2]) * P(work.brightness);
+            const P level = (sum[0] + sum[1] + sum[2]) * P::load(brightness.channel(0) + there);
             const P vote = weights(t) / multiply_add(level, level, P(T(1)));
 #pragma GCC unroll 4
             for (int channel = 0; channel < 4; ++channel) {
