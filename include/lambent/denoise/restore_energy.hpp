@@ -54,9 +54,9 @@ private:
 } // namespace detail
 
 /// Gives back to `image` the light that it lacks, or takes what it has too much, against `noisy`, which is right in the
-/// mean: by factors over the whole image, then over ever smaller squares, each only as far as the difference stands out
-/// from its noise. A pixel counts by what it lacks relative to what it has and a third of the image's mean: what lamps
-/// and their reflections lack does not brighten the dark pixels around them.
+/// mean: by factors over ever smaller squares, then over the whole image, each only as far as the difference stands out
+/// from its noise. In squares a pixel counts by what it lacks relative to what it has and a third of the image's mean:
+/// what lamps and their reflections lack does not brighten the dark pixels around them. The whole keeps its energy.
 /// cost    5 passes, constant a pixel
 template <std::floating_point T>
 void restore_energy(const PixelView<T, 3>& image, const PixelView<const T, 3>& noisy) {
@@ -74,11 +74,12 @@ void restore_energy(const PixelView<T, 3>& image, const PixelView<const T, 3>& n
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
             if (dim > 0) weights[at(x, y)] = dim / (dim + sum(x, y));
-    for (const int radius : {1 << 28, 64, 32, 16, 8})
+    constexpr int all = 1 << 28;
+    for (const int radius : {64, 32, 16, 8, all})
         for (int c = 0; c < 3; ++c) {
             const int r = std::min(radius, std::max(width, height));
             const detail::SquareSums sums(width, height, [&](int x, int y) {
-                const double weight = weights[at(x, y)], has = weight * double(image.load(x, y)[c]);
+                const double weight = radius == all ? 1 : weights[at(x, y)], has = weight * double(image.load(x, y)[c]);
                 const double lack = weight * double(noisy.load(x, y)[c]) - has;
                 return detail::SquareSums::Values{lack, lack * lack, has};
             });
