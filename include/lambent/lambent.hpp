@@ -61,11 +61,14 @@
 #include <lambent/denoise/denoised_error.hpp>
 #include <lambent/denoise/despike.hpp>
 #include <lambent/denoise/feature.hpp>
+#include <lambent/denoise/feature_noise.hpp>
 #include <lambent/denoise/features.hpp>
 #include <lambent/denoise/footprint.hpp>
 #include <lambent/denoise/gaussian.hpp>
+#include <lambent/denoise/light_guides.hpp>
 #include <lambent/denoise/light_regression.hpp>
 #include <lambent/denoise/pair_average.hpp>
+#include <lambent/denoise/phased_planes.hpp>
 #include <lambent/denoise/restore_energy.hpp>
 #include <lambent/denoise/spread_factor.hpp>
 #include <lambent/denoise/usable_frame.hpp>

@@ -287,3 +287,81 @@ TEST_CASE("restore_energy: what is lacking comes back where it was, noise does n
     CHECK(right == doctest::Approx(1).epsilon(0.06));
     CHECK(squares < 0.03);
 }
+
+TEST_CASE("restore_energy: what a lamp lacks does not brighten the dark around it, and the whole keeps its energy") {
+    Plane<float, 3> noisy(64, 64, 0.1f), image(64, 64, 0.1f);
+    for (int y = 30; y < 34; ++y)
+        for (int x = 30; x < 34; ++x) {
+            noisy.view().store(x, y, Vec3f(20));
+            image.view().store(x, y, Vec3f(15));
+        }
+    restore_energy<float>(image.view(), noisy.view());
+    CHECK(image.load(28, 32).x < 1.05f * image.load(2, 2).x);
+    double has = 0, truth = 0;
+    for (std::size_t i = 0; i < image.values().size(); ++i) {
+        has += double(image.values()[i]);
+        truth += double(noisy.values()[i]);
+    }
+    CHECK(has == doctest::Approx(truth).epsilon(0.05));
+    Plane<float, 3> black(9, 9), light(9, 9, 1.0f);
+    restore_energy<float>(black.view(), light.view());
+    for (const float v : black.values()) CHECK(v == 0);
+}
+
+TEST_CASE("denoise_light: pixels beside a lamp's faint reflection stay dark") {
+    constexpr int width = 64, height = 40, spp = 16;
+    const auto lamp = [](int x, int y) { return x >= 30 && x < 36 && y >= 16 && y < 22; };
+    const std::uint64_t seed = 3;
+    CAPTURE(seed);
+    Random random(seed);
+    FilmPass<float> pass(width, height, FilmPlanes::statistics, 0, spp);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            FilmPass<float>::Pixel pixel(pass, x, y);
+            for (int i = 0; i < spp; ++i) { // one path in twenty is reflected, the others see a dark wall
+                PixelSample<float> s;
+                s.hit = true;
+                s.albedo = Vec3f(0.1f);
+                s.direct = Vec3f(lamp(x, y) && random.uniform() < 0.05 ? 100 : float(0.1 + 0.1 * random.uniform()));
+                s.radiance = s.direct;
+                pixel.add(s);
+            }
+        }
+    const Plane<float, 3> out = cleaned(pass.finish().resolve());
+    double beside = 0, count = 0, inside = 0;
+    for (int y = 13; y < 25; ++y)
+        for (int x = 27; x < 39; ++x) {
+            if (lamp(x, y)) inside += double(out.load(x, y).x) / 36;
+            else beside += std::pow(double(out.load(x, y).x) / 0.15 - 1, 2), count += 1;
+        }
+    CAPTURE(beside / count);
+    CHECK(beside / count < 4);
+    CHECK(inside > 0.5);
+}
+
+TEST_CASE("LightRegression: a bright pixel has a say where its samples agree, none where one may have brought it all") {
+    constexpr int side = 24;
+    const auto fitted = [&](float variance_of_bright) {
+        Random random(7);
+        Plane<float, 3> color(side, side), root(side, side);
+        Plane<float, 1> variance(side, side, 1e-5f);
+        for (int y = 0; y < side; ++y)
+            for (int x = 0; x < side; ++x) {
+                const float light = x == 12 && y == 12 ? 0.5f : float(random.uniform(0.009, 0.011));
+                color.view().store(x, y, Vec3f(light));
+                root.view().store(x, y, Vec3f(std::sqrt(light)));
+            }
+        variance.view().store(12, 12, variance_of_bright);
+        const LightRegression<float> fit(side, side, {.radius = 5, .stride = 1});
+        Plane<float, 3> out(side, side);
+        SerialExecutor serial;
+        fit.run({std::as_const(color).view(), std::as_const(root).view(), std::as_const(variance).view(), {.5, .5}},
+                out.view(), serial);
+        return out.load(12, 12).x;
+    };
+    const float agree = fitted(0.05f), alone = fitted(1.5f); // 3 · variance beside (3 · 0.71)², the root's square
+    CAPTURE(agree);
+    CAPTURE(alone);
+    CHECK(agree > 0.04f); // 0.011 without a say
+    CHECK(alone < 0.02f);
+}

@@ -144,6 +144,29 @@ TEST_CASE("blend_with_input: dark pixels that are sure of themselves are believe
     CHECK(out.load(7, 8) == blended(16).load(7, 8));
 }
 
+TEST_CASE("blend_with_input: bright pixels that are sure of themselves come back too, and nothing less than black does") {
+    constexpr int width = 16, height = 16;
+    Plane<float, 3> noisy(width, height, 0.1f), variance(width, height, 1e-5f), clean(width, height, 0.1f);
+    for (int x = 6; x <= 9; ++x) { // a line that the filter lost, beside one that is bright by chance
+        noisy.view().store(x, 8, Vec3f(1));
+        variance.view().store(x, 8, Vec3f(0.01f));
+        noisy.view().store(x, 7, Vec3f(3));
+        variance.view().store(x, 7, Vec3f(9));
+    }
+    SerialExecutor serial;
+    const auto blended = [&](double samples) {
+        Plane<float, 3> out = clean;
+        blend_with_input<float>(out.view(), noisy.view(), variance.view(), samples, serial);
+        return out;
+    };
+    CHECK(blended(16).load(7, 8).x > 0.8f);
+    CHECK(blended(4).load(7, 8).x == 0.1f); // of so few samples agreement means nothing
+    CHECK(blended(16).load(7, 7).x == 0.1f);
+    noisy.view().store(3, 3, Vec3f(-5));
+    const Plane<float, 3> out = blended(16);
+    for (const float v : out.values()) CHECK(v >= 0);
+}
+
 TEST_CASE("denoised_error: 95 % intervals hold the truth in 90 to 98 % of all values, and are not wide for that") {
     const LitWall wall;
     SerialExecutor serial;

@@ -13,9 +13,9 @@ inline namespace LAMBENT_ABI {
 /// Puts back into the filtered `clean` as much of its input `noisy` as their difference exceeds the input's noise,
 /// which is where the filter errs: the share 1 - 2 · variance / difference² (3 below 16 samples), of means over 3 x 3
 /// pixels, at least 0. A pixel whose samples agree with each other, but not with a filter that made it more than twice
-/// as bright, is believed alone where it is one of three in its 3 x 3 pixels. Neither where all that these pixels lack
-/// is less than one bright sample brings, by the variances around. As the noise goes to 0 the result becomes the input,
-/// whatever the filter did.
+/// or less than half as bright, is believed alone where it is one of three in its 3 x 3 pixels. Neither where all that
+/// these pixels lack is less than a third of what one bright sample brings, by the variances around. As the noise goes
+/// to 0 the result becomes the input, whatever the filter did, but never less than black.
 /// variance of the means in `noisy`; pixels that are not finite stay as the filter left them
 /// samples  in a pixel, on the whole: below 2 there is no variance and nothing is done, below 8 agreement means nothing
 /// threads  the same bits for any executor
@@ -59,7 +59,8 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
         for (int x = 0; x < width; ++x) {
             if (samples < 8 || !usable(x, y)) continue;
             const T g2 = dot(noisy.load(x, y), noisy.load(x, y));
-            sure.view().store(x, y, difference2(x, y) > g2 && noise2(x, y) * T(samples) < T(agreement) * g2);
+            const T apart = sum(clean.load(x, y)) < sum(noisy.load(x, y)) ? T(0.25) : T(1);
+            sure.view().store(x, y, difference2(x, y) > apart * g2 && noise2(x, y) * T(samples) < T(agreement) * g2);
         }
     const auto sure_around = [&](int x, int y) {
         int count = 0;
@@ -82,7 +83,7 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
                     for (int u = std::max(0, x - 2); u <= std::min(width - 1, x + 2); ++u)
                         event2 = std::max(event2, noise2(u, v));
                 const T absent = lack.load(x, y);
-                if (absent > 0 && T(9) * absent < std::sqrt(event2)) continue;
+                if (absent > 0 && T(27) * absent < std::sqrt(event2)) continue;
                 shares.view().store(x, y, std::min(share, T(1)));
             }
     });
@@ -90,7 +91,7 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
         for (int x = 0; x < width; ++x)
             if (const T share = shares.load(x, y); share > 0) {
                 const Vec3<T> filtered = clean.load(x, y);
-                clean.store(x, y, filtered + (noisy.load(x, y) - filtered) * share);
+                clean.store(x, y, max(filtered + (noisy.load(x, y) - filtered) * share, Vec3<T>(0)));
             }
 }
 

@@ -2,8 +2,8 @@
 #include <lambent/denoise/blend_with_input.hpp>
 #include <lambent/denoise/denoised_error.hpp>
 #include <lambent/denoise/despike.hpp>
+#include <lambent/denoise/light_guides.hpp>
 #include <lambent/denoise/light_regression.hpp>
-#include <lambent/denoise/pair_average.hpp>
 #include <lambent/denoise/restore_energy.hpp>
 #include <lambent/denoise/spread_factor.hpp>
 #include <lambent/denoise/usable_frame.hpp>
@@ -38,37 +38,12 @@ struct LightDenoiseReport {
 struct LightDenoiseOptions {
     int radius = 5;             ///< of the regression's windows, in pixels
     int stride = 1;             ///< one model for so many pixels a side: 2 is faster and worse
-    double feature_sigma = 3;   ///< see LightRegressionOptions
-    int feature_radius = 2;     ///< of the windows in which features are cleaned of their own noise; 0: they are not
+    double feature_sigma = 5;   ///< see LightRegressionOptions; after one sample 0.6 of it
+    int feature_radius = 2;     ///< of the windows in which features are cleaned of their own noise: at most 1 from 8 samples
+                                ///< on; 0: they are not
 };
 
 namespace detail {
-
-/// Parameters that go with the number of samples, between those at 1, 4, 16 and 64.
-struct BySamples {
-    std::array<double, 4> at;
-    double operator()(double samples) const {
-        const double place = std::clamp(std::log2(std::max(1.0, samples)) / 2, 0.0, 3.0);
-        const auto i = std::min(std::size_t(place), std::size_t(2));
-        const double part = place - double(i);
-        return at[i] * (1 - part) + at[i + 1] * part;
-    }
-};
-
-/// A feature of one to three channels as three, times a factor; 0 where it is not finite.
-template <class T, int C>
-Plane<T, 3> as_guide(const PixelView<const T, C>& plane, double factor) {
-    Plane<T, 3> out(plane.width(), plane.height());
-    for (int y = 0; y < plane.height(); ++y)
-        for (int x = 0; x < plane.width(); ++x) {
-            Vec3<T> value(0);
-            if constexpr (C == 1) value.x = plane.load(x, y);
-            else value = plane.load(x, y);
-            value *= T(factor);
-            if (is_finite(value)) out.view().store(x, y, value);
-        }
-    return out;
-}
 
 /// How far a pixel outshines its 5 x 5 neighbours in the sum of the channels: the factor that brings it to their mean
 /// and `deviations` of theirs. 1 where its own deviation sigma(x, y) says that it is no accident.
@@ -101,7 +76,7 @@ Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviation
                 double limit = mean + deviations * std::sqrt(squares / count);
                 if (!(here > limit)) continue;
                 const double own = sigma(x, y);
-                if (own > 0) limit += (here - limit) * std::clamp(((here - limit) / own - 2) / 2, 0.0, 1.0);
+                if (own > 0) limit += (here - limit) * std::clamp(((here - limit) / own - 1) / 2, 0.0, 1.0);
                 factors.view().store(x, y, T(limit / here));
             }
     });
@@ -127,53 +102,6 @@ void spatial_variance(const PixelView<const T, 3>& plane, const PixelView<T, 1>&
         }
 }
 
-/// The features that models are fitted to, cleaned of their own noise.
-template <class T>
-struct LightGuides {
-    struct Guide {
-        int channel, size;
-        PairAveraged<T> plane;
-    };
-    std::vector<Guide> guides;
-
-    template <class E>
-    LightGuides(const FrameView<T>& frame, int radius, E& executor) {
-        const int width = frame.radiance.width(), height = frame.radiance.height();
-        const auto add = [&](int channel, int size, const auto& mean, const auto& variance, double factor) {
-            if (mean.absent()) return;
-            Plane<T, 3> noise(width, height);
-            if (!variance.absent()) noise = as_guide(variance, factor * factor);
-            const Plane<T, 3> guide = as_guide(mean, factor);
-            guides.push_back({channel, size,
-                              pair_average<T>(guide.view(), std::as_const(noise).view(), radius, 0.25, executor)});
-        };
-        add(0, 3, frame.albedo, frame.albedo_variance, 1);
-        add(3, 3, frame.normal, frame.normal_variance, 1);
-        add(6, 1, frame.depth, frame.depth_variance, 1 / mean_depth(frame));
-    }
-
-    void set(LightRegression<T>& fit) const {
-        for (const Guide& g : guides)
-            for (int c = 0; c < g.size; ++c)
-                fit.set_guide(g.channel + c, [&](int x, int y) { return g.plane.mean.load(x, y)[c]; },
-                              [&](int x, int y) { return g.plane.variance.load(x, y)[c]; });
-    }
-
-private:
-    static double mean_depth(const FrameView<T>& frame) {
-        double sum = 0, count = 0;
-        if (!frame.depth.absent())
-            for (int y = 0; y < frame.depth.height(); ++y)
-                for (int x = 0; x < frame.depth.width(); ++x) {
-                    const double d = double(frame.depth.load(x, y));
-                    if (!(d > 0) || !is_finite(d)) continue;
-                    sum += d;
-                    ++count;
-                }
-        return count > 0 ? sum / count : 1;
-    }
-};
-
 /// Direct or indirect light of a frame: what is fitted, and what is known of it.
 template <class T>
 struct LightPart {
@@ -198,8 +126,8 @@ struct LightPart {
 /// By how much tests of patches of radius 1 and 3 may fail.
 inline std::array<double, 2> test_softness(bool direct, double samples) {
     using By = BySamples;
-    if (direct) return {By{{.12, .12, .35, .35}}(samples), By{{.12, .12, .35, .35}}(samples)};
-    return {By{{.25, .25, .5, .5}}(samples), By{{.12, .12, .5, .5}}(samples)};
+    if (direct) return {By{{.12, .25, .5, .35, .5}}(samples), By{{.12, .25, .5, .5, .7}}(samples)};
+    return {By{{.25, .5, .5, .7, 1.2}}(samples), By{{.12, .35, .5, .6, 1}}(samples)};
 }
 
 /// Cleans `light`, a part's without what is not finite, in place. `own`: as LightRegression::run() gives it.
@@ -208,19 +136,19 @@ template <class T, class E>
 std::size_t clean_part(const FrameView<T>& frame, const LightPart<T>& part, const LightRegression<T>& fit,
                        double samples, Plane<T, 3>& light, Plane<T, 1>& own, E& executor) {
     const int width = light.width(), height = light.height();
-    const auto deviation = [&](int x, int y) {
-        const Vec3<T> v = frame.variance.load(x, y);
-        const double s = std::sqrt(double(v.x)) + std::sqrt(double(v.y)) + std::sqrt(double(v.z));
-        return is_finite(s) ? s : 0.0;
-    };
-    const Plane<T, 1> factors = outlier_factors<T>(light.view(), part.direct || samples < 16 ? 2 : 1, deviation,
-                                                   executor);
     // Sobol's points err less than their sample variance says, the more so the more there are. Without halves that
     // would tell: by how much on the scenes that parameters were chosen with. Halves of few samples tell too little.
     const bool halves = samples >= 8 && !part.root_halves.absent();
     const Plane<T, 1> spread = spread_factor<T>(part.root_variance, halves ? part.root_halves : PixelView<const T, 1>(),
                                                 executor);
-    const T scale = T(halves ? 1.5 : BySamples{{1, 1, 0.7, 0.6}}(samples));
+    const T scale = T(halves ? 1.5 : BySamples{{1, 1, 0.7, 0.6, 0.6}}(samples));
+    const auto deviation = [&](int x, int y) {
+        const Vec3<T> v = frame.variance.load(x, y);
+        const double s = std::sqrt(double(v.x)) + std::sqrt(double(v.y)) + std::sqrt(double(v.z));
+        return is_finite(s) ? s * std::sqrt(double(spread.load(x, y))) : 0.0;
+    };
+    const Plane<T, 1> factors = outlier_factors<T>(light.view(), part.direct || samples < 16 ? 2 : 1, deviation,
+                                                   executor);
     Plane<T, 3> root(width, height);
     Plane<T, 1> variance(width, height);
     std::size_t clamped = 0;
@@ -293,13 +221,15 @@ LightDenoiseReport denoise_light(const FrameView<T>& input, const std::type_iden
                              !is_finite(frame.indirect.load(x, y));
     });
     samples /= std::max(1.0, counted);
+    // feature_noise() errs towards more.
+    const double feature_sigma = options.feature_sigma * (samples < 2 ? 0.6 : 1);
     LightRegressionOptions regression{.radius = options.radius, .stride = options.stride,
-                                      .feature_sigma = options.feature_sigma, .feature_floor = 3e-4,
+                                      .feature_sigma = feature_sigma, .feature_floor = 3e-4,
                                       .own_vote = options.stride > 1 ? 0.1 : 1e-9};
     regression.ridge = samples < 2 ? 0.1 : samples < 16 ? 1e-3 : 1e-4;
 
     LightRegression<T> fit(width, height, regression);
-    detail::LightGuides<T>(frame, options.feature_radius, executor).set(fit);
+    detail::LightGuides<T>(frame, options.feature_radius, samples, executor).set(fit);
     Plane<T, 3> result(width, height), given(width, height); // given: the input, finite
     Plane<T, 1> own(width, height), noise(width, height);
     for (const bool direct : {true, false}) {

@@ -3,6 +3,7 @@
 #include <lambent/core/executor.hpp>
 #include <lambent/core/exp.hpp>
 #include <lambent/core/simd.hpp>
+#include <lambent/denoise/phased_planes.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <algorithm>
 #include <array>
@@ -22,6 +23,8 @@ struct LightRegressionOptions {
     double feature_floor = 1e-3;  ///< least variance of a feature
     double own_vote = 1e-9;       ///< weight of what a pixel says of itself, beside what windows say
     double ridge = 1e-3;          ///< on the slopes, relative to the sum of weights
+    double dim = 0.5; ///< below this part of the image's mean light, or of what a pixel's samples vouch for, errors count
+                      ///< as they are, above it as parts of the light
 };
 
 /// What LightRegression fits, and what it tests: all of the image's size and finite.
@@ -33,59 +36,14 @@ struct LightToFit {
     std::array<double, 2> test_softness{0.25, 0.25}; ///< by how much tests of patches of radius 1 and 3 may fail
 };
 
-namespace detail {
-
-/// Planes with a rim that repeats the border, split by columns modulo the stride, so that every stride-th pixel of a
-/// row lies beside the next in memory, whichever pixel it starts from.
-template <class T>
-class PhasedPlanes {
-public:
-    static constexpr int rim = 16,
-                         reserve = 80; ///< pixels left and right; zeros that tiles (64 wide) may read beyond them
-
-    PhasedPlanes(int width, int height, int channels, int stride)
-        : stride_(stride), row_((width + 2 * rim + reserve + stride - 1) / stride), rows_(height + 2 * rim),
-          channel_(std::size_t(stride) * std::size_t(rows_) * std::size_t(row_)),
-          values_(std::size_t(channels) * channel_) {}
-
-    /// Where pixel (x, y) lies in each channel, x and y from -rim on; pixels (x + stride · i, y) lie behind it.
-    std::size_t at(int x, int y) const {
-        const int column = x + rim, phase = column % stride_;
-        return (std::size_t(phase) * std::size_t(rows_) + std::size_t(y + rim)) * std::size_t(row_) +
-               std::size_t(column / stride_);
-    }
-    T* channel(int c) { return values_.data() + std::size_t(c) * channel_; }
-    const T* channel(int c) const { return values_.data() + std::size_t(c) * channel_; }
-
-    template <class F> // f(x, y) of a pixel inside
-    void fill(int c, int width, int height, F&& f) {
-        std::vector<T> row(std::size_t(width + 2 * rim));
-        for (int y = 0; y < height; ++y) {
-            for (int x = 0; x < width; ++x) row[std::size_t(x + rim)] = f(x, y);
-            std::fill_n(row.begin(), rim, row[std::size_t(rim)]);
-            std::fill_n(row.end() - rim, rim, row[std::size_t(width + rim - 1)]);
-            for (int at = y == 0 ? -rim : y; at < (y == height - 1 ? height + rim : y + 1); ++at)
-                for (int phase = 0; phase < stride_; ++phase) {
-                    T* const out = channel(c) + (std::size_t(phase) * std::size_t(rows_) + std::size_t(at + rim)) *
-                                                    std::size_t(row_);
-                    for (int x = phase; x < width + 2 * rim; x += stride_) out[x / stride_] = row[std::size_t(x)];
-                }
-        }
-    }
-
-private:
-    int stride_, row_, rows_;
-    std::size_t channel_;
-    std::vector<T> values_;
-};
-
-} // namespace detail
-
 /// First-order regression of light on features in overlapping windows, weighted by features and by a test on the
 /// samples'
 /// own statistics whether two pixels could have the same light: smooth where light is, sharp where it is not, with an
 /// error that falls to 0 with the noise. Each window's model says something about all its pixels; a pixel is the mean
-/// of what is said, by weight.
+/// of what is said, by weight, and by how little light it is: by 1 / (1 + light² / dim²), which makes the relative
+/// error least. Where some say that a pixel belongs to a lamp's reflection and others that it lies beside it, the
+/// mean alone would be many times too bright for a dark pixel, and only half of what a bright one has. A pixel's own
+/// samples vouch for its light where they agree, and for none where one of them may have brought it all.
 /// source  regression: Bitterli et al., Nonlinearly weighted first-order regression for denoising Monte Carlo
 ///         renderings, EGSR 2016; tests: Sakai et al., A statistical approach to Monte Carlo denoising, SIGGRAPH Asia
 /// 2024
@@ -146,14 +104,17 @@ public:
         const int tiles_x = (w_ + tile_w - 1) / tile_w, tiles_y = (h_ + tile_h - 1) / tile_h;
         std::vector<std::vector<T>> said(std::size_t(tiles_x) * std::size_t(tiles_y)); ///< empty: of a dark tile
         const LitBlocks lit(light.color);
+        Phased brightness(w_, h_, 1, o_.stride);
+        const Plane<T, 1> per_dim = inverse_dim(light);
+        brightness.fill(0, w_, h_, [&](int x, int y) { return per_dim.load(x, y); });
         executor.parallel_for(said.size(), 1, [&](std::size_t begin, std::size_t end) {
             Work work(o_, light.test_softness);
             for (std::size_t i = begin; i < end; ++i) {
                 // Whatever its windows speak about has windows without light alone.
                 if (!lit.any(int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, tile_w, tile_h, 3 * o_.radius)) continue;
                 said[i].assign(std::size_t(4 * reach_w() * reach_h()), T(0));
-                fit_tile(colors, roots, int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, work, said[i].data(),
-                         own);
+                fit_tile(colors, brightness, roots, int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, work,
+                         said[i].data(), own);
             }
         });
         executor.parallel_for(std::size_t(h_), 16, [&](std::size_t begin, std::size_t end) {
@@ -170,9 +131,10 @@ public:
                             if (tile.empty()) continue;
                             for (int c = 0; c < 4; ++c) sum[c] += tile[said_index(c, u, v)];
                         }
-                    const T vote = T(o_.own_vote);
-                    const Vec3<T> value =
-                        (Vec3<T>(sum[0], sum[1], sum[2]) + vote * light.color.load(x, y)) / (sum[3] + vote);
+                    const Vec3<T> here = light.color.load(x, y);
+                    const T level = (here.x + here.y + here.z) * per_dim.load(x, y);
+                    const T vote = T(o_.own_vote) / (1 + level * level);
+                    const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + vote * here) / (sum[3] + vote);
                     out.store(x, y, max(value, Vec3<T>(0)));
                 }
         });
@@ -209,9 +171,27 @@ private:
         require(w > 0 && h > 0, "LightRegression: the image is empty");
         require(o.radius >= 1 && o.radius <= 8 && (o.stride == 1 || o.stride == 2),
                 "LightRegression: radius must be 1 to 8, stride 1 or 2");
-        require(o.feature_sigma > 0 && o.feature_floor > 0 && o.own_vote > 0 && o.ridge > 0,
+        require(o.feature_sigma > 0 && o.feature_floor > 0 && o.own_vote > 0 && o.ridge > 0 && o.dim > 0,
                 "LightRegression: all of the options must be positive");
         return o;
+    }
+
+    /// 1 over the light, summed over channels, below which errors count as they are.
+    Plane<T, 1> inverse_dim(const LightToFit<T>& light) const {
+        const auto total = [](const Vec3<T>& v) { return v.x + v.y + v.z; };
+        double sum = 0;
+        for (int y = 0; y < h_; ++y)
+            for (int x = 0; x < w_; ++x) sum += double(total(light.color.load(x, y)));
+        const double mean = sum / (double(w_) * h_);
+        Plane<T, 1> inverse(w_, h_);
+        for (int y = 0; y < h_; ++y)
+            for (int x = 0; x < w_; ++x) {
+                const T root = total(light.root.load(x, y)), variance = T(3) * light.root_variance.load(x, y);
+                const T sure = variance < root * root ? T(1) - std::sqrt(variance) / root : T(0);
+                const double vouched = double(sure * sure) * double(total(light.color.load(x, y)));
+                inverse.view().store(x, y, T(1 / std::max(o_.dim * std::max(mean, vouched), 1e-30)));
+            }
+        return inverse;
     }
 
     int reach_w() const { return tile_w + 2 * o_.radius + 2 * width; }
@@ -244,8 +224,8 @@ private:
         std::vector<std::size_t> offsets, said_offsets; ///< of the taps of one row of centers
     };
 
-    void fit_tile(const Phased& colors, const Phased& roots, int x0, int y0, Work& work, T* said,
-                  const PixelView<T, 1>& own) const {
+    void fit_tile(const Phased& colors, const Phased& brightness, const Phased& roots, int x0, int y0, Work& work,
+                  T* said, const PixelView<T, 1>& own) const {
         const int side = 2 * o_.radius + 1;
         for (int t = 0; t < side * side; ++t)
             weigh(roots, x0, y0, t % side - o_.radius, t / side - o_.radius, work,
@@ -257,7 +237,7 @@ private:
                 work.said_offsets[std::size_t(t)] = said_index(0, dx + o_.radius, j * o_.stride + dy + o_.radius);
             }
             for (int i = 0; i < work.centers_w && x0 + i * o_.stride < w_; i += width)
-                fit(colors, x0, y0, i, j, work, said, own);
+                fit(colors, brightness, x0, y0, i, j, work, said, own);
         }
     }
 
@@ -319,7 +299,7 @@ private:
     int clamp_y(int y) const { return std::min(y, h_ + Phased::rim - 1); }
 
     /// Fits the models of eight centers side by side, and lets each speak about its window.
-    void fit(const Phased& colors, int x0, int y0, int i, int j, const Work& work, T* said,
+    void fit(const Phased& colors, const Phased& brightness, int x0, int y0, int i, int j, const Work& work, T* said,
              const PixelView<T, 1>& own) const {
         const int side = 2 * o_.radius + 1, y = y0 + j * o_.stride;
         P here[features];
@@ -373,7 +353,6 @@ private:
         for (int t = 0; t < side * side; ++t) {
             const std::size_t there = work.offsets[std::size_t(t)] + std::size_t(i);
             T* const to = said + work.said_offsets[std::size_t(t)] + i;
-            const P w = weights(t);
             P sum[3] = {b[0], b[1], b[2]};
 #pragma GCC unroll 8
             for (int c = 0; c < features; ++c) {
@@ -382,10 +361,13 @@ private:
                 for (int channel = 0; channel < 3; ++channel)
                     sum[channel] = multiply_add(b[3 * (c + 1) + channel], d, sum[channel]);
             }
+            // A model that says less than nothing is as far off as one that says as much too much.
+            const P level = (sum[0] + sum[1] + sum[2]) * P::load(brightness.channel(0) + there);
+            const P vote = weights(t) / multiply_add(level, level, P(T(1)));
 #pragma GCC unroll 4
             for (int channel = 0; channel < 4; ++channel) {
                 T* const place = to + std::size_t(channel) * said_channel();
-                (P::load(place) + (channel < 3 ? w * sum[channel] : w)).store(place);
+                (P::load(place) + (channel < 3 ? vote * max(sum[channel], P(T(0))) : vote)).store(place);
             }
         }
     }

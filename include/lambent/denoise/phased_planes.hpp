@@ -1,0 +1,59 @@
+#pragma once
+#include <lambent/core/config.hpp>
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+
+namespace detail {
+
+/// Planes with a rim that repeats the border, split by columns modulo the stride, so that every stride-th pixel of a
+/// row lies beside the next in memory, whichever pixel it starts from.
+template <class T>
+class PhasedPlanes {
+public:
+    static constexpr int rim = 16,
+                         reserve = 80; ///< pixels left and right; zeros that tiles (64 wide) may read beyond them
+
+    PhasedPlanes(int width, int height, int channels, int stride)
+        : stride_(stride), row_((width + 2 * rim + reserve + stride - 1) / stride), rows_(height + 2 * rim),
+          channel_(std::size_t(stride) * std::size_t(rows_) * std::size_t(row_)),
+          values_(std::size_t(channels) * channel_) {}
+
+    /// Where pixel (x, y) lies in each channel, x and y from -rim on; pixels (x + stride · i, y) lie behind it.
+    std::size_t at(int x, int y) const {
+        const int column = x + rim, phase = column % stride_;
+        return (std::size_t(phase) * std::size_t(rows_) + std::size_t(y + rim)) * std::size_t(row_) +
+               std::size_t(column / stride_);
+    }
+    T* channel(int c) { return values_.data() + std::size_t(c) * channel_; }
+    const T* channel(int c) const { return values_.data() + std::size_t(c) * channel_; }
+
+    template <class F> // f(x, y) of a pixel inside
+    void fill(int c, int width, int height, F&& f) {
+        std::vector<T> row(std::size_t(width + 2 * rim));
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) row[std::size_t(x + rim)] = f(x, y);
+            std::fill_n(row.begin(), rim, row[std::size_t(rim)]);
+            std::fill_n(row.end() - rim, rim, row[std::size_t(width + rim - 1)]);
+            for (int at = y == 0 ? -rim : y; at < (y == height - 1 ? height + rim : y + 1); ++at)
+                for (int phase = 0; phase < stride_; ++phase) {
+                    T* const out = channel(c) + (std::size_t(phase) * std::size_t(rows_) + std::size_t(at + rim)) *
+                                                    std::size_t(row_);
+                    for (int x = phase; x < width + 2 * rim; x += stride_) out[x / stride_] = row[std::size_t(x)];
+                }
+        }
+    }
+
+private:
+    int stride_, row_, rows_;
+    std::size_t channel_;
+    std::vector<T> values_;
+};
+
+} // namespace detail
+
+} // namespace LAMBENT_ABI
+} // namespace lambent
