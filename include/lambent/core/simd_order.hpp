@@ -40,13 +40,18 @@ template <int M, class Vector>
         return __builtin_shufflevector(v, v, i...);
     }(std::make_integer_sequence<int, M>{});
 }
-/// With lanes at the end that may hold anything.
-/// With lanes behind them, up to N, that may hold anything.
-template <int N, int M, class Vector>
-[[gnu::always_inline]] inline auto widened(Vector v) {
-    return [&]<int... i>(std::integer_sequence<int, i...>) {
-        return __builtin_shufflevector(v, v, (i < M ? i : -1)...);
-    }(std::make_integer_sequence<int, N>{});
+
+#if defined(__AVX2__)
+/// As the lower lanes of a register whose others may hold anything. By intrinsics: gcc 12 takes a shuffle with lanes that
+/// do not matter through memory.
+template <class Wide, class Vector>
+[[gnu::always_inline]] inline Wide widened(Vector v) {
+    if constexpr (sizeof(Wide) == sizeof(Vector)) return Wide(v);
+#if defined(__AVX512F__)
+    else if constexpr (sizeof(Wide) == 64 && sizeof(Vector) == 32) return Wide(_mm512_castsi256_si512(__m256i(v)));
+    else if constexpr (sizeof(Wide) == 64) return Wide(_mm512_castsi128_si512(__m128i(v)));
+#endif
+    else return Wide(_mm256_castsi128_si256(__m128i(v)));
 }
 
 /// table[lanes[i]], by one instruction.
@@ -56,13 +61,10 @@ template <class Entries>
     if constexpr (sizeof(Entries) == 64)
         return Entries(_mm512_maskz_permutexvar_epi32(__mmask16(0xffff), __m512i(lanes), __m512i(table)));
 #endif
-#if defined(__AVX2__)
     if constexpr (sizeof(Entries) == 32) return Entries(_mm256_permutevar8x32_epi32(__m256i(table), __m256i(lanes)));
-#endif
 }
-} // namespace detail
+#endif
 
-namespace detail {
 /// The lanes from the largest to the smallest as the integers that their bits are: the order of values ≥ 0; then come
 /// negative ones, from -inf up, and last -0.
 /// source  Batcher's bitonic network
@@ -105,7 +107,7 @@ template <int N, class T, int M>
         using Entries = typename VectorOf<std::int32_t, N>::Type;
         Entries all;
         std::memcpy(&all, table, sizeof(all));
-        const auto lanes = widened<N, M>(__builtin_convertvector(v, typename VectorOf<std::int32_t, M>::Type));
+        const auto lanes = widened<Entries>(__builtin_convertvector(v, typename VectorOf<std::int32_t, M>::Type));
         const auto found = first_lanes<M>(entries_at(all, lanes));
         std::memcpy(to, &found, sizeof(found));
     } else {
