@@ -141,8 +141,8 @@ private:
         });
         require(h.node_width == ours.node_width, [&] {
             return "load: the tree's nodes have " + number(h.node_width) + " children, and this build reads " +
-                   number(ours.node_width) + ": it was saved by a build for other instructions (AVX has 8 floats a "
-                   "node, SSE and NEON 4)";
+                   number(ours.node_width) + ": it was saved by a build for other instructions (AVX-512 has 16 floats a "
+                   "node, AVX 8, SSE and NEON 4)";
         });
         require(h.node_bytes == ours.node_bytes && h.block_bytes == ours.block_bytes, [&] {
             return "load: nodes of " + number(h.node_bytes) + " and blocks of " + number(h.block_bytes) +
