@@ -66,7 +66,7 @@ measure bench_denoise --json --reference-spp "$reference" --cache "$out/referenc
 for name in filter skip frame load compile_time experiments; do
     measure "bench_$name" --json
 done
-measure bench_instructions --json --instructions # where valgrind is
+[ "$mode" = quick ] || measure bench_instructions --json --instructions # where valgrind is; a minute and a half
 least=0.2
 [ "$mode" = full ] || least=0.01
 measure micro --benchmark_format=json "--benchmark_min_time=$least"

@@ -93,6 +93,8 @@ public:
     }
 
 private:
+    using Costs = Pack<T, width>;
+
     /// cost[k]: of this subtree as at most k + 1 children. give[k]: how many of these the left half gets;
     /// 0: take the plan for one fewer.
     struct Plan {
@@ -133,7 +135,6 @@ private:
         plan.give[0] = 0;
     }
 
-    using Costs = Pack<T, width>;
     /// The value `by` lanes lower; infinity where there is none.
     template <int by>
     [[gnu::always_inline]] static Costs shifted(Costs a) {
@@ -142,6 +143,7 @@ private:
             return Costs(__builtin_shufflevector(a.v, inf.v, (i < by ? width : i - by)...));
         }(std::make_integer_sequence<int, width>{});
     }
+    /// Lane k: the least of lanes 0 to k, given that of the `by` lanes up to each.
     template <int by>
     [[gnu::always_inline]] static Costs least_so_far(Costs a) {
         if constexpr (by < width) {

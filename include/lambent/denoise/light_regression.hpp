@@ -37,8 +37,7 @@ struct LightToFit {
 };
 
 /// First-order regression of light on features in overlapping windows, weighted by features and by a test on the
-/// samples'
-/// own statistics whether two pixels could have the same light: smooth where light is, sharp where it is not, with an
+/// samples' own statistics whether two pixels could have the same light: smooth where light is, sharp where it is not, with an
 /// error that falls to 0 with the noise. Each window's model says something about all its pixels; a pixel is the mean
 /// of what is said, by weight, and by how little light it is: by 1 / (1 + light² / dim²), which makes the relative
 /// error least. Where some say that a pixel belongs to a lamp's reflection and others that it lies beside it, the
