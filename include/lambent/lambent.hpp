@@ -129,6 +129,7 @@
 #include <lambent/scene/render_scene.hpp>
 #include <lambent/scene/scene.hpp>
 #include <lambent/scene/scene_lights.hpp>
+#include <lambent/scene/smooth_lift.hpp>
 #include <lambent/scene/specialised_scene.hpp>
 #include <lambent/scene/sphere.hpp>
 #include <lambent/scene/surface.hpp>

@@ -42,6 +42,7 @@ struct PathState {
     Vec3<T> extinction{0};   ///< per unit of length, of the volume that the ray is in
     Ray<T> shadow_ray;
     Vec3<T> shadow_radiance{0};
+    std::uint32_t probes = 0;   ///< short shadow rays so far that advance() asked itself: see Surface::lift
     bool aimed = false; ///< a light sample was drawn; black `shadow_radiance` says then that it was not worth a ray
     bool alive = true;
     [[no_unique_address]] Listener listener{};
@@ -113,6 +114,7 @@ struct PathIntegrator {
             path.listener.shadow(path, occluded);
             if (!occluded) path.add_shadow_radiance();
         }
+        counts.shadow += path.probes;
         return path.result;
     }
 
@@ -153,14 +155,20 @@ private:
             if (scene.has_lights(companion) && !detail::only_delta(bsdf))
                 aim_at_light(scene, path, surface, frame, bsdf, wo, base, stream);
         }
-        scatter(path, surface, frame, bsdf, wo, base, stream);
+        scatter(scene, path, surface, frame, bsdf, wo, base, stream);
     }
 
-    /// Whether the true surface lets a direction pass to the side on which the shading normal has it: what interpolated
-    /// and mapped normals would send through an opaque surface, or reflect from a transmissive one's inside, is lost.
-    template <class T>
-    static bool same_side(const Surface<T>& surface, const Vec3<T>& wi, T local_z) {
-        return dot(wi, surface.geometric_normal) * local_z > 0;
+    /// How a direction leaves the true surface to the side on which the shading normal has it. Where a facet is in the
+    /// way it does from above the facet, if nothing is between. Else, what interpolated and mapped normals would send
+    /// through an opaque surface, or reflect from a transmissive one's inside, is lost.
+    template <class S, class T, class L>
+    static Exit way_out(const S& scene, PathState<T, L>& path, const Surface<T>& surface, const Vec3<T>& wi, T local_z) {
+        if (dot(wi, surface.geometric_normal) * local_z > 0) return Exit::position;
+        if (!(local_z > 0) || !(dot(surface.lift, surface.lift) > 0)) return Exit::none;
+        ++path.probes;
+        const Vec3<T> origin = spawn_ray(surface, surface.lift).origin;
+        const bool walled = scene.occluded({.origin = origin, .direction = surface.position + surface.lift - origin, .t_max = 1});
+        return walled ? Exit::none : Exit::lift;
     }
 
     template <class S, class T, class L, class B, class Stream>
@@ -172,10 +180,11 @@ private:
         path.listener.light(path, light);
         if (!(light.pdf > 0)) return;
         const Vec3<T> wi = frame.to_local(light.wi);
-        if (!same_side(surface, light.wi, wi.z)) return;
         const BsdfValue<T> scattered = evaluate(bsdf, wo, wi);
         const Vec3<T> value = scattered.f * glm::abs(wi.z) * light.radiance * path.throughput;
         if (is_black(value)) return;
+        const Exit out = way_out(scene, path, surface, light.wi, wi.z);
+        if (out == Exit::none) return;
         T weight = 1;
         if constexpr (strategy == PathStrategy::both)
             if (!light.delta) weight = mis_weight(light.pdf, scattered.pdf);
@@ -183,24 +192,26 @@ private:
         path.shadow_first = path.specular;
         path.listener.aim(path, scattered, weight);
         path.shadow_ray = light.infinite
-                              ? spawn_ray(surface, light.wi)
-                              : spawn_ray_to(surface, light.target, light.target_error, light.target_normal);
+                              ? spawn_ray(surface, light.wi, out)
+                              : spawn_ray_to(surface, light.target, light.target_error, light.target_normal, out);
     }
 
     /// The normal by which lights are chosen: none where they may shine through.
     template <class T, class B>
     static Vec3<T> lit_normal(const Surface<T>& surface, const B& bsdf) {
-        return detail::transmits(bsdf) ? Vec3<T>(0) : surface.geometric_normal;
+        return detail::transmits(bsdf) ? Vec3<T>(0) : surface.shading_normal;
     }
 
-    template <class T, class L, class B, class Stream>
-    void scatter(PathState<T, L>& path, const Surface<T>& surface, const Frame<T>& frame, const B& bsdf,
+    template <class S, class T, class L, class B, class Stream>
+    void scatter(const S& scene, PathState<T, L>& path, const Surface<T>& surface, const Frame<T>& frame, const B& bsdf,
                  const Vec3<T>& wo, std::uint32_t base, const Stream& stream) const {
         const BsdfSample<T> bounce =
             bsdf.sample(wo, stream.get_1d(base + dimensions::lobe), stream.get_2d(base + dimensions::direction));
         const Vec3<T> wi = normalize(frame.to_world(bounce.wi));
         path.listener.bounce(path, bounce, wi);
-        if (!(bounce.pdf > 0) || !same_side(surface, wi, bounce.wi.z)) return;
+        if (!(bounce.pdf > 0)) return;
+        const Exit out = way_out(scene, path, surface, wi, bounce.wi.z);
+        if (out == Exit::none) return;
         path.throughput *= bounce.weight;
         path.eta_scale *= bounce.eta_scale;
         ++path.depth;
@@ -222,7 +233,7 @@ private:
         path.first = path.specular && !bounce.delta;
         path.specular = path.specular && bounce.delta;
         path.normal = lit_normal(surface, bsdf);
-        path.ray = spawn_ray(surface, wi);
+        path.ray = spawn_ray(surface, wi, out);
         path.alive = true;
     }
 };

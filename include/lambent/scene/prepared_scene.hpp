@@ -12,6 +12,7 @@
 #include <lambent/scene/render_scene.hpp>
 #include <lambent/scene/scene.hpp>
 #include <lambent/scene/scene_lights.hpp>
+#include <lambent/scene/smooth_lift.hpp>
 #include <lambent/scene/surface.hpp>
 #include <algorithm>
 #include <bit>
@@ -122,6 +123,7 @@ public:
                 const Vec3<T> n = interpolate(scene_.normals, t, hit.u, hit.v);
                 const T length2 = dot(n, n);
                 if (length2 > T(1e-12)) s.shading_normal = n / std::sqrt(length2);
+                s.lift = lift_of(t, s, {w, hit.u, hit.v});
             }
             if constexpr (features.textures || features.colors)
                 attributes = attributes_at(scene_, hit.primitive, hit.u, hit.v);
@@ -224,6 +226,14 @@ private:
         const T size = length(half);
         s.shading_normal = size > T(1e-6) ? half / size : s.geometric_normal;
         if (!(dot(s.shading_normal, s.wo) > 0)) s.shading_normal = s.geometric_normal;
+    }
+
+    /// Surface::lift of a point of triangle `t`, from the viewer's side.
+    Vec3<T> lift_of(const UVec3& t, const Surface<T>& s, const Vec3<T>& barycentric) const {
+        const T side = dot(s.geometric_normal, s.wo) >= 0 ? T(1) : T(-1);
+        const auto normal = [&](int i) { return Vec3<T>(scene_.normals[t[i]]) * side; };
+        return smooth_lift<T>(s.position, {scene_.positions[t[0]], scene_.positions[t[1]], scene_.positions[t[2]]},
+                              {normal(0), normal(1), normal(2)}, barycentric, s.geometric_normal * side);
     }
 
     /// Unit normal of the front. The tree holds no triangle without area, but the product may still vanish.

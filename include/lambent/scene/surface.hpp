@@ -3,6 +3,7 @@
 #include <lambent/core/ray.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/material/standard.hpp>
+#include <cstdint>
 #include <limits>
 
 namespace lambent {
@@ -15,6 +16,8 @@ struct Surface {
     Vec3<T> position_error{0};   ///< bound on its rounding error, an axis each
     Vec3<T> geometric_normal{0}; ///< unit, on the viewer's side
     Vec3<T> shading_normal{0};   ///< unit, on the same side
+    Vec3<T> lift{0};             ///< from position to where the smooth surface lies that the shading normals tell of:
+                                 ///< rays that a facet is in the way of leave from there
     Vec3<T> wo{0};               ///< unit, to the viewer
     Vec3<T> albedo{0};           ///< linear reflectance in [0, 1]
     Vec3<T> emission{0};         ///< radiance towards the viewer
@@ -40,9 +43,13 @@ inline Vec3<T> leave_surface(const Vec3<T>& position, const Vec3<T>& error, cons
     return {nudged(p.x, offset.x), nudged(p.y, offset.y), nudged(p.z, offset.z)};
 }
 
+/// How a ray may leave a surface: from its position; from where its lift leads; or not at all.
+enum class Exit : std::uint8_t { none, position, lift };
+
 /// The ray that leaves `surface` in unit direction wi.
 template <class T>
-inline Ray<T> spawn_ray(const Surface<T>& surface, const Vec3<T>& wi) {
+inline Ray<T> spawn_ray(const Surface<T>& surface, const Vec3<T>& wi, Exit exit = Exit::position) {
+    if (exit == Exit::lift) return {.origin = surface.position + surface.lift, .direction = wi};
     return {.origin = leave_surface(surface.position, surface.position_error, surface.geometric_normal, wi),
             .direction = wi};
 }
@@ -51,9 +58,9 @@ inline Ray<T> spawn_ray(const Surface<T>& surface, const Vec3<T>& wi) {
 /// surface that target lies on.
 template <class T>
 inline Ray<T> spawn_ray_to(const Surface<T>& surface, const Vec3<T>& target, const Vec3<T>& target_error,
-                           const Vec3<T>& target_normal) {
+                           const Vec3<T>& target_normal, Exit exit = Exit::position) {
     const Vec3<T> way = target - surface.position;
-    const Vec3<T> from = leave_surface(surface.position, surface.position_error, surface.geometric_normal, way);
+    const Vec3<T> from = spawn_ray(surface, way, exit).origin;
     const Vec3<T> to = leave_surface(target, target_error, target_normal, -way);
     return {.origin = from, .direction = to - from, .t_max = 1 - 4 * std::numeric_limits<T>::epsilon()};
 }
