@@ -2,6 +2,7 @@
 #include <array>
 #include <doctest/doctest.h>
 #include <lambent/core/numerics.hpp>
+#include <lambent/core/sincos.hpp>
 #include <lambent/core/ray.hpp>
 #include <support/statistics.hpp>
 #include <vector>
@@ -234,4 +235,22 @@ TEST_CASE("numerics: gamma_bound, safe_sqrt") {
     CHECK(safe_sqrt(-1e-9f) == 0);
     CHECK(safe_sqrt(4.0) == 2);
     CHECK(safe_sqrt(0.0f) == 0);
+}
+
+TEST_CASE("sines and cosines of turns: to 2e-7 of the exact ones, quarters of a turn to the bit") {
+    for (int i = -100'000; i <= 100'000; ++i) {
+        const float x = float(i) / 100'000;
+        const auto [sine, cosine] = sincos_of_turn(x);
+        REQUIRE(std::abs(double(sine) - std::sin(2 * pi<double> * double(x))) < 2e-7);
+        REQUIRE(std::abs(double(cosine) - std::cos(2 * pi<double> * double(x))) < 2e-7);
+    }
+    const int sines[] = {0, 1, 0, -1};
+    for (int quarters = -4; quarters <= 4; ++quarters) {
+        const auto [sine, cosine] = sincos_of_turn(float(quarters) / 4);
+        CHECK(sine == float(sines[quarters & 3]));
+        CHECK(cosine == float(sines[(quarters + 1) & 3]));
+        const auto [sine_double, cosine_double] = sincos_of_turn(double(quarters) / 4 + 1e-9);
+        CHECK(sine_double == doctest::Approx(std::sin(2 * pi<double> * (quarters / 4.0 + 1e-9))).epsilon(1e-12));
+        CHECK(cosine_double == doctest::Approx(std::cos(2 * pi<double> * (quarters / 4.0 + 1e-9))).epsilon(1e-12));
+    }
 }

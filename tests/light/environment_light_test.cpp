@@ -201,6 +201,25 @@ TEST_CASE("environment beside BSDF samples: follows its pdf (chi-square), leaves
     CHECK(sky.sample({0.2f, 0.9f}, Companion::bsdf).pdf == 0);
 }
 
+TEST_CASE("environment: with a normal, what is above its horizon comes as without one, the rest not at all") {
+    for (const Map& m : {sunny(256, 128), noise(16, 8)})
+        for (const Companion companion : {Companion::none, Companion::bsdf}) {
+            const auto light = m.light<float>();
+            Random random(9);
+            int below = 0;
+            for (int i = 0; i < 20'000; ++i) {
+                const Vec2f u(random.uniform_float(), random.uniform_float());
+                const Vec3f normal = normalize(random.in_box<float>(-1, 1));
+                const auto whole = light.sample(u, companion), half = light.sample(u, companion, normal);
+                const bool above = dot(whole.wi, normal) >= 0;
+                below += !above;
+                REQUIRE(half.pdf == (above ? whole.pdf : 0.0f));
+                if (above) REQUIRE((half.wi == whole.wi && half.radiance == whole.radiance));
+            }
+            CHECK(std::abs(below - 10'000) < 5 * 71);
+        }
+}
+
 TEST_CASE("environment: a constant without a map, and black ones") {
     const EnvironmentLight<float> sky({}, 0, 0, Vec3f(1, 2, 3), 30);
     CHECK(sky.radiance({0, 0, 1}) == Vec3f(1, 2, 3));

@@ -28,5 +28,19 @@ inline SineCosine<T> sincos_of_octant(T angle) {
     }
 }
 
+/// Sine and cosine of x turns, x in [-1, 1]: of 2 pi x. In float to 2e-7, as sincos_of_octant; quarters of a turn are
+/// exact.
+template <std::floating_point T>
+inline SineCosine<T> sincos_of_turn(T x) {
+    const T quarters = std::nearbyint(x * 4);
+    const SineCosine<T> s = sincos_of_octant((x - quarters / 4) * T(6.283185307179586477));
+    switch (int(quarters) & 3) {
+    case 0: return s;
+    case 1: return {s.cosine, -s.sine};
+    case 2: return {-s.sine, -s.cosine};
+    default: return {-s.cosine, s.sine};
+    }
+}
+
 } // namespace LAMBENT_ABI
 } // namespace lambent

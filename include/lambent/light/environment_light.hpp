@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/numerics.hpp>
+#include <lambent/core/sincos.hpp>
 #include <lambent/light/light_sample.hpp>
 #include <lambent/sampling/distribution.hpp>
 #include <lambent/sampling/warp.hpp>
@@ -60,64 +61,72 @@ public:
     T mean_luminance(Companion companion = Companion::none) const { return companion == Companion::none ? mean_ : excess_; }
 
     Vec3<T> radiance(const Vec3<T>& direction) const {
-        if (map_.empty()) return Vec3<T>(scale_);
-        const Vec2<T> uv = to_map(direction);
-        const T x = uv.x * T(width_) - T(0.5), y = uv.y * T(height_) - T(0.5);
-        const T fx = std::floor(x), fy = std::floor(y);
-        const int x0 = int(fx), y0 = int(fy);
-        const Vec3<T> top = mix(texel(x0, y0), texel(x0 + 1, y0), x - fx);
-        const Vec3<T> bottom = mix(texel(x0, y0 + 1), texel(x0 + 1, y0 + 1), x - fx);
-        return mix(top, bottom, y - fy) * Vec3<T>(scale_);
+        return map_.empty() ? Vec3<T>(scale_) : look_up(to_map(direction));
     }
 
     /// Density per solid angle with which sample() draws this direction.
     T pdf(const Vec3<T>& direction, Companion companion = Companion::none) const {
-        const T peaks = excess_ > 0 ? peaks_pdf(direction) : T(0);
-        if (companion == Companion::bsdf) return peaks;
-        const T share = peaks_share();
-        return share * peaks + (1 - share) * uniform();
+        return pdf(excess_ > 0 ? to_map(direction) : MapPoint(), companion);
     }
 
-    LightSample<T> sample(const Vec2<T>& u, Companion companion = Companion::none) const {
+    /// A direction; none where it is under the horizon of unit `normal`, unless that is 0.
+    LightSample<T> sample(const Vec2<T>& u, Companion companion = Companion::none, const Vec3<T>& normal = Vec3<T>(0)) const {
         LightSample<T> s;
         s.infinite = true;
         const T share = companion == Companion::none ? peaks_share() : T(excess_ > 0 ? 1 : 0);
         if (u.x < share) {
             const auto drawn = distribution_.sample(Vec2<T>(std::min(u.x / share, one_minus_epsilon<T>), u.y));
-            const T theta = drawn.p.y * pi<T>, phi = (drawn.p.x - T(0.5)) * 2 * pi<T>;
-            const T sine = std::sin(theta);
-            const Vec3<T> d(sine * std::cos(phi), std::cos(theta), sine * std::sin(phi));
+            const auto [sin_theta, cos_theta] = sincos_of_turn(drawn.p.y / 2);
+            const auto [sin_phi, cos_phi] = sincos_of_turn(drawn.p.x - T(0.5));
+            const Vec3<T> d(sin_theta * cos_phi, cos_theta, sin_theta * sin_phi);
             s.wi = normalize(Vec3<T>(cos_ * d.x - sin_ * d.z, d.y, sin_ * d.x + cos_ * d.z));
         } else if (companion == Companion::none && !black()) {
             s.wi = square_to_uniform_sphere(Vec2<T>(std::min((u.x - share) / (1 - share), one_minus_epsilon<T>), u.y));
         } else {
             return s;
         }
-        s.pdf = pdf(s.wi, companion); // what a path that goes there by chance would be told, to the bit
-        s.radiance = radiance(s.wi);
+        if (dot(s.wi, normal) < 0) return s;
+        const MapPoint at = map_.empty() ? MapPoint() : to_map(s.wi);
+        s.pdf = pdf(at, companion); // what a path that goes there by chance would be told, to the bit
+        s.radiance = map_.empty() ? Vec3<T>(scale_) : look_up(at);
         return s;
     }
 
 private:
+    /// Where on the map a direction looks, and its distance from the map's poles.
+    struct MapPoint {
+        Vec2<T> uv{0}; ///< in [0, 1)
+        T sine = 0;    ///< of the polar angle
+    };
+
     /// Of what sample() draws alone, how much goes to the peaks.
     T peaks_share() const { return excess_ > 0 ? excess_ / (excess_ + mean_) : T(0); }
     T uniform() const { return black() ? T(0) : uniform_sphere_pdf<T>(); }
 
-    T peaks_pdf(const Vec3<T>& direction) const {
-        const T sine = sine_of(direction);
-        return sine > 0 ? distribution_.pdf(to_map(direction)) / (2 * pi<T> * pi<T> * sine) : T(0);
+    T pdf(const MapPoint& at, Companion companion) const {
+        const T peaks = at.sine > 0 ? distribution_.pdf(at.uv) / (2 * pi<T> * pi<T> * at.sine) : T(0);
+        if (companion == Companion::bsdf) return peaks;
+        const T share = peaks_share();
+        return share * peaks + (1 - share) * uniform();
     }
 
-    static T sine_of(const Vec3<T>& direction) {
-        return std::sqrt(direction.x * direction.x + direction.z * direction.z);
-    }
-
-    Vec2<T> to_map(const Vec3<T>& direction) const {
+    MapPoint to_map(const Vec3<T>& direction) const {
         const T x = cos_ * direction.x + sin_ * direction.z, z = cos_ * direction.z - sin_ * direction.x;
+        const T sine = std::sqrt(direction.x * direction.x + direction.z * direction.z);
         const T u = T(0.5) + std::atan2(z, x) * (inv_pi<T> / 2);
-        const T v = std::atan2(sine_of(direction), direction.y) * inv_pi<T>; // acos is coarse at the poles
+        const T v = std::atan2(sine, direction.y) * inv_pi<T>; // acos is coarse at the poles
         constexpr T below_one = 1 - std::numeric_limits<T>::epsilon() / 2;
-        return {std::clamp(u, T(0), below_one), std::clamp(v, T(0), below_one)};
+        return {{std::clamp(u, T(0), below_one), std::clamp(v, T(0), below_one)}, sine};
+    }
+
+    /// The map there, bilinear.
+    Vec3<T> look_up(const MapPoint& at) const {
+        const T x = at.uv.x * T(width_) - T(0.5), y = at.uv.y * T(height_) - T(0.5);
+        const T fx = std::floor(x), fy = std::floor(y);
+        const int x0 = int(fx), y0 = int(fy);
+        const Vec3<T> top = mix(texel(x0, y0), texel(x0 + 1, y0), x - fx);
+        const Vec3<T> bottom = mix(texel(x0, y0 + 1), texel(x0 + 1, y0 + 1), x - fx);
+        return mix(top, bottom, y - fy) * Vec3<T>(scale_);
     }
 
     Vec3<T> texel(int x, int y) const {

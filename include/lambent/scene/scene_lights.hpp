@@ -51,7 +51,7 @@ public:
         const Shares& shares = shares_[std::size_t(companion)];
         LightSample<T> s;
         if (takes(u.x, shares.environment, probability)) {
-            s = environment_.sample(u, companion);
+            s = environment_.sample(u, companion, normal);
         } else if (takes(u.x, shares.distant, probability)) {
             const std::uint32_t index = pick(distant_, u.x, probability);
             if (!(probability > 0)) return s;
