@@ -63,33 +63,35 @@ struct Texture {
         const float ax = x - 0.5f - fx, ay = y - 0.5f - fy;
         const int x0 = wrap(int(fx), width, wrap_u), x1 = wrap(int(fx) + 1, width, wrap_u);
         const int y0 = wrap(int(fy), height, wrap_v), y1 = wrap(int(fy) + 1, height, wrap_v);
-        return (texel(pixels, x0, y0) * (1 - ax) + texel(pixels, x1, y0) * ax) * (1 - ay) +
-               (texel(pixels, x0, y1) * (1 - ax) + texel(pixels, x1, y1) * ax) * ay;
+        const Tables& t = tables();
+        return (texel(pixels, x0, y0, t) * (1 - ax) + texel(pixels, x1, y0, t) * ax) * (1 - ay) +
+               (texel(pixels, x0, y1, t) * (1 - ax) + texel(pixels, x1, y1, t) * ax) * ay;
     }
 
     /// Linear value of one texel; x in [0, width), y in [0, height).
-    Vec4f texel(const Image& pixels, int x, int y) const {
-        const std::uint8_t* p = &pixels.rgba[4 * (std::size_t(y) * std::size_t(pixels.width) + std::size_t(x))];
-        const auto& decode = color_space == ColorSpace::srgb ? srgb_table() : linear_table();
-        return {decode[p[0]], decode[p[1]], decode[p[2]], linear_table()[p[3]]};
-    }
+    Vec4f texel(const Image& pixels, int x, int y) const { return texel(pixels, x, y, tables()); }
 
 private:
-    static const std::array<float, 256>& srgb_table() {
-        static const std::array<float, 256> table = [] {
-            std::array<float, 256> t{};
-            for (std::size_t i = 0; i < 256; ++i) t[i] = srgb_to_linear(float(i) / 255.0f);
+    /// What bytes mean, by color space and for alpha.
+    struct Tables {
+        std::array<float, 256> srgb, linear;
+    };
+    static const Tables& tables() {
+        static const Tables both = [] {
+            Tables t;
+            for (std::size_t i = 0; i < 256; ++i) {
+                t.linear[i] = float(i) / 255.0f;
+                t.srgb[i] = srgb_to_linear(t.linear[i]);
+            }
             return t;
         }();
-        return table;
+        return both;
     }
-    static const std::array<float, 256>& linear_table() {
-        static const std::array<float, 256> table = [] {
-            std::array<float, 256> t{};
-            for (std::size_t i = 0; i < 256; ++i) t[i] = float(i) / 255.0f;
-            return t;
-        }();
-        return table;
+
+    Vec4f texel(const Image& pixels, int x, int y, const Tables& t) const {
+        const std::uint8_t* p = &pixels.rgba[4 * (std::size_t(y) * std::size_t(pixels.width) + std::size_t(x))];
+        const auto& decode = color_space == ColorSpace::srgb ? t.srgb : t.linear;
+        return {decode[p[0]], decode[p[1]], decode[p[2]], t.linear[p[3]]};
     }
 
     /// Pixel coordinate of texture coordinate u, brought near [0, size) first so that huge and non-finite
@@ -104,13 +106,13 @@ private:
         return u * float(size);
     }
 
+    /// The texel that stands at i, at most one beyond what place() gives.
     static int wrap(int i, int size, Wrap mode) {
-        switch (mode) {
-        case Wrap::clamp: return std::clamp(i, 0, size - 1);
-        case Wrap::repeat: i %= size; return i < 0 ? i + size : i;
-        case Wrap::mirror: i %= 2 * size; if (i < 0) i += 2 * size; return i < size ? i : 2 * size - 1 - i;
-        }
-        return 0;
+        if (mode == Wrap::clamp) return std::clamp(i, 0, size - 1);
+        const int period = mode == Wrap::repeat ? size : 2 * size;
+        if (i < 0) i += period;
+        else if (i >= period) i -= period;
+        return i < size ? i : period - 1 - i;
     }
 };
 
