@@ -3,6 +3,7 @@
 #include "../examples/support/command_line.hpp"
 #include "bvh/affinity.hpp"
 #include "error_curve.hpp"
+#include "lamp.hpp"
 #include "output.hpp"
 #include "peers/export.hpp"
 #include "peers/peer.hpp"
@@ -37,6 +38,7 @@ struct Options {
     std::vector<std::uint64_t> spp = {1, 4, 16, 64, 256};
     std::string reference, environment, python;
     std::optional<Vec3d> eye, look_at;
+    std::optional<Lamp> lamp;
     double vertical_fov = 0; ///< degrees; 0: the scene's
     int rounds = 3, width = 128, height = 128;
     double target = 0; ///< 0: the scene's
@@ -79,6 +81,7 @@ Method to_method(const std::string& name) {
 struct Subject {
     std::string name, file{}, sky{};
     Scene<float> scene;
+    std::size_t own_triangles = 0; ///< those of `file`; the rest was added
     Camera camera;
     int width = 128, height = 128;
     Plane<float, 3> reference;
@@ -125,6 +128,8 @@ Subject make_subject(const Options& o, const std::string& name) {
             reference = (folder / (s.name + "_128.exr")).string();
     }
     s.sky = environment;
+    s.own_triangles = s.scene.triangles.size();
+    if (o.lamp) add_lamp(s.scene, *o.lamp);
     if (!environment.empty()) s.scene.environment = read_environment(environment);
     if (!reference.empty()) {
         PixelData<float> frame = frame_from_exr(read_exr(reference));
@@ -230,7 +235,7 @@ bool measure(const Options& o, const std::string& name, ThreadExecutor& threads)
     const TemporaryFolder folder;
     std::map<std::string, std::unique_ptr<Peer>> peers;
     if (!o.python.empty()) {
-        export_scene(folder.path, s.scene, s.camera, s.width, s.height, s.file);
+        export_scene(folder.path, s.scene, s.camera, s.width, s.height, s.file, s.own_triangles);
         for (const PeerKind& kind : peer_kinds) {
             if ((kind.diffuse_only || s.file.empty()) && !is_diffuse(s.scene)) { // textures go by the file alone
                 std::fprintf(stderr, "%s: %s left out, the scene is not all diffuse\n", s.name.c_str(), kind.name);
@@ -407,9 +412,9 @@ int main(int argc, char** argv) try {
     line.add("--target E", "rel_mse to which times are compared (the scene's, if it has one)",
              [&](const std::string& v) { o.target = to_positive(v); });
     line.add("--env F", "environment map of the scene", [&](const std::string& v) { o.environment = v; });
+    line.add("--lamp x,y,z,side,radiance", "a square that shines down (none)", [&](const std::string& v) { o.lamp = to_lamp(v); });
     line.add("--eye x,y,z", "of the camera (the scene's)", [&](const std::string& v) { o.eye = to_vector(v); });
-    line.add("--look-at x,y,z", "what it looks at (the scene's)",
-             [&](const std::string& v) { o.look_at = to_vector(v); });
+    line.add("--look-at x,y,z", "what it looks at (the scene's)", [&](const std::string& v) { o.look_at = to_vector(v); });
     line.add("--vfov DEG", "its vertical angle of view (the scene's)",
              [&](const std::string& v) { o.vertical_fov = to_positive(v); });
     line.add("--rounds N", "seeds: errors are averaged over them, the time is their median (3)",

@@ -44,13 +44,17 @@ def add_material(material):
     return m
 
 
-def add_mesh(s):
+def add_mesh(s, first=0):
+    """The triangles from `first` on."""
+    if first == len(s.triangles):
+        return
     mesh = bpy.data.meshes.new("scene")
-    p = s.positions
-    mesh.from_pydata(np.stack([p[:, 0], -p[:, 2], p[:, 1]], axis=1).tolist(), [], s.triangles.tolist())
+    vertices, triangles = np.unique(s.triangles[first:], return_inverse=True)
+    p = s.positions[vertices]
+    mesh.from_pydata(np.stack([p[:, 0], -p[:, 2], p[:, 1]], axis=1).tolist(), [], triangles.reshape(-1, 3).tolist())
     for material in s.materials:
         mesh.materials.append(add_material(material))
-    mesh.polygons.foreach_set("material_index", s.triangle_materials.astype(np.int32))
+    mesh.polygons.foreach_set("material_index", s.triangle_materials[first:].astype(np.int32))
     mesh.update()
     bpy.context.collection.objects.link(bpy.data.objects.new("scene", mesh))
 
@@ -124,6 +128,7 @@ def main():
         add_mesh(s)
     else:
         bpy.ops.import_scene.gltf(filepath=s.file)
+        add_mesh(s, s.own_triangles)
     add_camera(s)
     add_world(s.sky)
     set_up(s, sys.argv[2])

@@ -22,11 +22,11 @@ bool is_diffuse(const lambent::Scene<T>& scene) {
 }
 
 /// Writes what peers are given of a scene into `folder`: scene.json and arrays of numbers as they lie in memory.
-/// `file` is the glTF file that it is from; empty where it is from none.
+/// `file` is the glTF file that the first `own_triangles` are from; empty where they are from none.
 /// throws lambent::Error where a file cannot be written
 template <class T>
 void export_scene(const std::filesystem::path& folder, const lambent::Scene<T>& scene, const lambent::Camera& camera,
-                  int width, int height, const std::string& file) {
+                  int width, int height, const std::string& file, std::size_t own_triangles) {
     using namespace lambent;
     const auto write = [&](const char* name, const void* data, std::size_t bytes) {
         std::ofstream out(folder / name, std::ios::binary);
@@ -48,7 +48,8 @@ void export_scene(const std::filesystem::path& folder, const lambent::Scene<T>& 
     write_array("triangle_materials.u32", scene.triangle_materials);
 
     std::string json = "{\"width\": " + std::to_string(width) + ", \"height\": " + std::to_string(height) +
-                       ", \"file\": \"" + file + "\", \"diffuse\": " + (is_diffuse(scene) ? "true" : "false") +
+                       ", \"file\": \"" + file + "\", \"own_triangles\": " + std::to_string(own_triangles) +
+                       ", \"diffuse\": " + (is_diffuse(scene) ? "true" : "false") +
                        ",\n \"camera\": {\"eye\": " + list(camera.eye) + ", \"target\": " + list(camera.target) +
                        ", \"up\": " + list(camera.up) + ", \"vertical_fov\": " + std::to_string(camera.vertical_fov) +
                        "},\n \"materials\": [";

@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <vector>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -34,8 +35,11 @@ public:
     PreparedScene(const Scene<T>& scene, E& executor) : scene_(validated(scene)), lights_(scene) {
         const auto mesh = triangles(scene.positions, scene.triangles);
         bvh_ = BasicBvh<T>::build(mesh, BuildOptions{}, executor);
-        masked_ = std::any_of(scene.materials.begin(), scene.materials.end(),
-                              [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
+        const auto see_through = [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; };
+        if (std::any_of(scene.materials.begin(), scene.materials.end(), see_through)) {
+            see_through_.reserve(scene.triangles.size());
+            for (const std::uint32_t m : scene.triangle_materials) see_through_.push_back(see_through(scene.materials[m]));
+        }
         front_only_ = std::any_of(scene.materials.begin(), scene.materials.end(),
                                   [](const Material& m) { return m.front_only; });
     }
@@ -49,7 +53,7 @@ public:
     template <SceneFeatures features = every_feature>
     Hit<T> intersect(const Ray<T>& ray) const {
         if constexpr (features.alpha)
-            if (masked_) return nearer_sphere<features>(ray, bvh_.intersect(ray, alpha_test(ray)));
+            if (masked()) return nearer_sphere<features>(ray, bvh_.intersect(ray, alpha_test(ray)));
         return nearer_sphere<features>(ray, bvh_.intersect(ray));
     }
 
@@ -67,7 +71,7 @@ public:
             for (const Sphere<T>& sphere : scene_.spheres)
                 if (sphere.intersect(ray, ray.t_max) < ray.t_max) return true;
         if constexpr (features.alpha)
-            if (masked_) return bvh_.occluded(ray, alpha_test(ray));
+            if (masked()) return bvh_.occluded(ray, alpha_test(ray));
         return bvh_.occluded(ray);
     }
 
@@ -75,8 +79,8 @@ public:
     /// own bits and the triangle's number decide, so that the answer depends on nothing but the ray.
     auto alpha_test(const Ray<T>& ray) const {
         return [this, &ray](std::uint32_t triangle, T u, T v, T /*t*/) {
+            if (!masked() || !see_through_[triangle]) return true;
             const Material& m = scene_.materials[scene_.triangle_materials[triangle]];
-            if (m.alpha_mode == AlphaMode::opaque) return true;
             const float coverage = coverage_at(scene_, m, attributes_at(scene_, triangle, u, v));
             if (!(coverage > 0) || !(coverage < 1)) return coverage > 0;
             using Bits = typename detail::FloatBits<T>::Type;
@@ -184,6 +188,7 @@ private:
         scene.validate();
         return scene;
     }
+    bool masked() const { return !see_through_.empty(); }
     template <SceneFeatures features>
     bool is_sphere(std::uint32_t primitive) const {
         return features.spheres && primitive >= scene_.triangles.size();
@@ -254,7 +259,8 @@ private:
 
     const Scene<T>& scene_;
     BasicBvh<T> bvh_;
-    bool masked_ = false, front_only_ = false;
+    bool front_only_ = false;
+    std::vector<bool> see_through_; ///< triangles of materials that are masked or blended; empty without such
     SceneLights<T> lights_;
 };
 
