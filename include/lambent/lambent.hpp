@@ -45,6 +45,7 @@
 #include <lambent/core/pyramid.hpp>
 #include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
+#include <lambent/core/simd_layout.hpp>
 #include <lambent/core/simd_mask.hpp>
 #include <lambent/core/simd_order.hpp>
 #include <lambent/core/sincos.hpp>
@@ -79,6 +80,7 @@
 #include <lambent/film/metrics.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <lambent/film/pixel_sample.hpp>
+#include <lambent/film/pixel_packs.hpp>
 #include <lambent/film/pixel_view.hpp>
 #include <lambent/film/region.hpp>
 #include <lambent/light/environment_light.hpp>

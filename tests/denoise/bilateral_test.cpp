@@ -5,6 +5,7 @@
 #include <cstring>
 #include <denoise/bilateral_cases.hpp>
 #include <doctest/doctest.h>
+#include <lambent/core/parallel.hpp>
 
 using namespace lambent;
 using namespace lambent_test;

@@ -1,5 +1,7 @@
 #pragma once
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cstdint>
 #include <lambent/denoise/bilateral_lines.hpp>
 #include <lambent/denoise/bilateral_window.hpp>
@@ -79,6 +81,22 @@ inline PixelWindow with_halo(const PixelWindow& window, int radius, int width, i
             std::min(height, window.y1 + radius)};
 }
 
+/// Whether all values in `window` are.
+template <class T, Executor E>
+bool all_finite(const PixelView<const T, 3>& image, const PixelWindow& window, E& executor) {
+    constexpr int lanes = FeaturePack<T>::width;
+    std::atomic<bool> result{true};
+    executor.parallel_for(std::size_t(window.height()), 16, [&](std::size_t begin, std::size_t end) {
+        auto finite = is_finite(FeaturePack<T>(T(0)));
+        for (int y = window.y0 + int(begin); y < window.y0 + int(end); ++y)
+            for (int x = window.x0; x < window.x1; x += lanes)
+                for (const auto& channel : load_pack<lanes>(image, x, y, std::min(lanes, window.x1 - x)))
+                    finite = finite & is_finite(channel);
+        if (!all(finite)) result = false;
+    });
+    return result;
+}
+
 /// Pairs (i, j) with i in [first, last) and j in [i + low, i + high], as far as j is in [begin, end).
 inline std::uint64_t count_pairs(int first, int last, int low, int high, int begin, int end) {
     std::uint64_t pairs = 0;
@@ -153,12 +171,11 @@ BilateralCounts cross_bilateral(const PixelView<const T, 3>& image, const PixelV
     const std::vector<T> kernel = gaussian_kernel<T>(options.kernel, options.sigma_spatial);
 
     // Bad pixels are never taps (load below), but need an illumination of their own to weigh their neighbours.
+    using P = FeaturePack<T>;
     const PixelWindow seen = detail::with_halo(window, radius, width, height);
     Plane<T, 3> repaired;
     PixelView<const T, 3> guide = image;
-    bool all_finite = true;
-    for (int y = seen.y0; y < seen.y1 && all_finite; ++y)
-        for (int x = seen.x0; x < seen.x1 && all_finite; ++x) all_finite = is_finite(image.load(x, y));
+    const bool all_finite = detail::all_finite(image, seen, executor);
     if (!all_finite) {
         repaired.allocate(width, height);
         const auto view = repaired.view();
@@ -167,13 +184,22 @@ BilateralCounts cross_bilateral(const PixelView<const T, 3>& image, const PixelV
         repair_non_finite(view, radius);
         guide = view;
     }
-    const auto load = [&](int x, int y) -> detail::Homogeneous<T> {
-        const Vec3<T> value = image.load(x, y);
-        if (!all_finite && !is_finite(value)) return {};
-        return {value.x, value.y, value.z, T(1)};
+    const auto load = [&](int x, int y, int count) -> detail::Homogeneous<T> {
+        const auto [r, g, b] = load_pack<P::width>(image, x, y, count);
+        if (all_finite) return {r, g, b, P(T(1))};
+        const auto finite = is_finite(r) & is_finite(g) & is_finite(b);
+        const P zero(T(0));
+        return {select(finite, r, zero), select(finite, g, zero), select(finite, b, zero), select(finite, P(T(1)), zero)};
     };
     const auto store = [&](int x, int y, const Vec3<T>& mean, bool filtered) {
         out.store(x, y, filtered ? mean : guide.load(x, y));
+    };
+    // Pixels without a mean keep their value.
+    const auto complete = [&](int x, int y, int count, detail::Homogeneous<T>& mean) {
+        if (all(mean[3] > P(T(0)))) return;
+        for (int i = 0; i < count; ++i)
+            if (!(mean[3][i] > 0))
+                for (int c = 0; c < 3; ++c) mean[std::size_t(c)].set(i, guide.load(x + i, y)[c]);
     };
 
     detail::FeatureList<T> with_light = list;
@@ -196,29 +222,33 @@ BilateralCounts cross_bilateral(const PixelView<const T, 3>& image, const PixelV
     const auto use =
         options.form == BilateralForm::separable_reuse ? detail::WeightUse::twice : detail::WeightUse::once;
     const PixelWindow first_window{window.x0, seen.y0, window.x1, seen.y1};
-    LargeArray<T> first(4 * std::size_t(width) * std::size_t(height));
-    const PixelView<T, 4> rows(first.data(), width, height);
+    ScratchArray<T> first(4 * std::size_t(width) * std::size_t(height));
+    const PixelView<T, 4> rows(first.data(), width, height, {.pixel = 1, .row = 4 * width, .channel = width});
     detail::filter_lines(
         LineDirection::rows, use, width, height, first_window, kernel, with_light, executor, load,
-        [&](int x, int y) { image.prefetch(x, y); },
-        [&](int x, int y, const Vec3<T>& mean, bool filtered) {
-            rows.store(x, y, {filtered ? mean : guide.load(x, y), filtered ? T(1) : T(0)});
+        [&](int x, int y, int count) { prefetch(image, x, y, count); },
+        [&](int x, int y, int count, detail::Homogeneous<T> mean) {
+            complete(x, y, count, mean);
+            store_pack(rows, x, y, count, mean);
         });
-    const PixelView<const T, 3> first_rgb(rows.data(), width, height, {.pixel = 4});
+    const PixelView<const T, 3> first_rgb(rows.data(), width, height, rows.strides());
     const DistanceFeature<T> second_light(options.guide == SecondPassGuide::first_pass ? first_rgb : guide,
                                           options.sigma_illumination * options.second_pass_factor);
     list.add(second_light, width, height);
     detail::filter_lines(
         LineDirection::columns, use, width, height, window, kernel, list, executor,
-        [&](int x, int y) {
-            const Vec4<T> v = rows.load(x, y);
-            return detail::Homogeneous<T>{v.x * v.w, v.y * v.w, v.z * v.w, v.w};
+        [&](int x, int y, int count) -> detail::Homogeneous<T> {
+            const auto [r, g, b, filtered] = load_pack<P::width>(rows, x, y, count);
+            return {r * filtered, g * filtered, b * filtered, filtered};
         },
-        [&](int x, int y) {
-            rows.prefetch(x, y);
-            out.prefetch(x, y);
+        [&](int x, int y, int count) {
+            prefetch(rows, x, y, count);
+            prefetch(out, x, y, count);
         },
-        store);
+        [&](int x, int y, int count, detail::Homogeneous<T> mean) {
+            complete(x, y, count, mean);
+            store_pack(out, x, y, count, std::array<P, 3>{mean[0], mean[1], mean[2]});
+        });
     return counts;
 }
 
