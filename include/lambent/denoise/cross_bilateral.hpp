@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <cstring>
 #include <lambent/denoise/bilateral_lines.hpp>
 #include <lambent/denoise/bilateral_window.hpp>
 #include <lambent/denoise/despike.hpp>
@@ -81,6 +82,17 @@ inline PixelWindow with_halo(const PixelWindow& window, int radius, int width, i
             std::min(height, window.y1 + radius)};
 }
 
+/// Whether all pixels have the bits of the first, and it is finite; ends at the first that differs.
+template <class T>
+bool is_constant(const PixelView<const T, 3>& image) {
+    if (image.absent()) return false;
+    const Vec3<T> first = image.load(0, 0);
+    for (int y = 0; y < image.height(); ++y)
+        for (int x = 0; x < image.width(); ++x)
+            if (const Vec3<T> here = image.load(x, y); std::memcmp(&here, &first, sizeof first) != 0) return false;
+    return is_finite(first);
+}
+
 /// Whether all values in `window` are.
 template <class T, Executor E>
 bool all_finite(const PixelView<const T, 3>& image, const PixelWindow& window, E& executor) {
@@ -143,12 +155,13 @@ inline BilateralCounts bilateral_counts(int width, int height, const CrossBilate
 /// A feature that is absent, constant or of infinite sigma is left out before the loops.
 /// shape   image, out and features: width × height each; `out` may be the very view of `image`
 /// space   linear light; illumination with the albedo divided out keeps textures sharp
-/// border  taps outside are left out and the rest renormalised: a constant image is a fixed point
+/// border  taps outside are left out and the rest renormalised: a constant image comes out bit for bit, for it is not
+///         filtered; regions of one value, but for rounding (5e-7 of it in float)
 /// nan     a pixel that is not finite gives nothing to others and takes its neighbours' value; one with a feature
 ///         that is not finite gives nothing and stays; no effect reaches further than the kernel's radius
 /// window  separable forms give the bits that the whole image would have there; give the next tile the same image
 /// threads the same bits for any executor: rows, columns or bands of fixed height are owned by one thread
-/// returns what it did, as bilateral_counts() has it
+/// returns what it did, as bilateral_counts() has it; nothing for a constant image
 /// throws  lambent::Error on a bad option or unequal sizes, before anything is written
 /// cost    see BilateralForm; one exponential a weight. Memory: 4 numbers a pixel (separable forms), else 5 + the
 ///         features' channels, and 8 more with re-use; windows are laid out in segments, so narrow images take a
@@ -162,10 +175,10 @@ BilateralCounts cross_bilateral(const PixelView<const T, 3>& image, const PixelV
     detail::FeatureList<T> list;
     (list.add(features, width, height), ...);
     const PixelWindow window = detail::checked_window(options.window, width, height);
-    if (options.kernel == 0) {
+    if (options.kernel == 0 || detail::is_constant(image)) {
         for (int y = window.y0; y < window.y1; ++y)
             for (int x = window.x0; x < window.x1; ++x) out.store(x, y, image.load(x, y));
-        return counts;
+        return {};
     }
     const int radius = options.kernel / 2;
     const std::vector<T> kernel = gaussian_kernel<T>(options.kernel, options.sigma_spatial);
