@@ -68,8 +68,10 @@
 #include <lambent/denoise/gaussian.hpp>
 #include <lambent/denoise/light_guides.hpp>
 #include <lambent/denoise/light_regression.hpp>
+#include <lambent/denoise/noise_level.hpp>
 #include <lambent/denoise/pair_average.hpp>
 #include <lambent/denoise/phased_planes.hpp>
+#include <lambent/denoise/pixel_albedo.hpp>
 #include <lambent/denoise/restore_energy.hpp>
 #include <lambent/denoise/spread_factor.hpp>
 #include <lambent/denoise/usable_frame.hpp>

@@ -309,6 +309,32 @@ private:
     bool active_;
 };
 
+/// An IdentityFeature in which negative numbers stand for no surface: such a pixel is like none that has another number,
+/// whatever sigma. Material indices as PixelData has them.
+/// throws lambent::Error unless sigma is positive
+template <std::floating_point T>
+class MaterialFeature {
+public:
+    using Scalar = T;
+    static constexpr int channels = 1;
+
+    MaterialFeature(const PixelView<const T, 1>& plane, double sigma) : identity_(plane, sigma), penalty_(T(1 / (sigma * sigma))) {}
+    int width() const { return identity_.width(); }
+    int height() const { return identity_.height(); }
+    bool active() const { return identity_.active(); }
+    [[gnu::always_inline]] void prefetch(int x, int y, int count) const { identity_.prefetch(x, y, count); }
+    std::array<FeaturePack<T>, 1> prepare(int x, int y, int count) const { return identity_.prepare(x, y, count); }
+    template <class P>
+    P add_distance2(const P* a, const P* b, P sum) const {
+        const P other = select(min(a[0], b[0]) < P(T(0)), P(T(1e18)), P(penalty_));
+        return sum + select(a[0] == b[0], P(T(0)), other);
+    }
+
+private:
+    IdentityFeature<T> identity_;
+    T penalty_;
+};
+
 /// The sigma that makes an IdentityFeature a hard stop: other materials get the weight 0.
 inline constexpr double hard_stop = 1e-9;
 
