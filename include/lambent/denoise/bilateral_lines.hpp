@@ -169,10 +169,10 @@ void filter_lines(LineDirection direction, WeightUse use, int width, int height,
     const int radius = int(kernel.size()) / 2;
     const int tap_first = std::max(0, first - radius), tap_last = std::min(rows ? width : height, last + radius);
     const LineRange range{first, last, tap_first, tap_last};
-    // Columns side by side go on together: their pixels share cache lines and pages.
-    const std::size_t together = rows ? 1 : std::max<std::size_t>(1, 32 / P::width);
     constexpr int block = 16; // pixels of a line that are filtered before the next ones are read
     static_assert(block % P::width == 0);
+    // Columns whose pixels share cache lines go on together: 16 pixels of dense RGB are three.
+    const std::size_t together = rows ? 1 : std::size_t(16 / P::width);
     const auto import = [&](int x, int y, int count, T* to) {
         const Homogeneous<T> value = load(x, y, count);
         for (int c = 0; c < 4; ++c) value[std::size_t(c)].store(to + c * P::width);
