@@ -10,14 +10,14 @@ using namespace lambent;
 namespace {
 template <class T, int N, int C>
 void check_packs(const PixelStrides& strides) {
-    constexpr int width = 2 * N + 3, height = 2;
-    constexpr std::size_t channels = std::size_t(C), size = 64 * std::size_t(width * height);
+    constexpr int columns = 2 * N + 3, rows = 2;
+    constexpr std::size_t channels = std::size_t(C), size = 64 * std::size_t(columns * rows);
     std::vector<T> memory(size), written(size, T(-1)), expected = written;
     for (std::size_t i = 0; i < size; ++i) memory[i] = T(i + 1);
-    const PixelView<const T, C> view(memory.data(), width, height, strides);
-    const PixelView<T, C> out(written.data(), width, height, strides), truth(expected.data(), width, height, strides);
-    for (int x = 0; x < width; ++x)
-        for (int count = 1; count <= std::min(N, width - x); ++count) {
+    const PixelView<const T, C> view(memory.data(), columns, rows, strides);
+    const PixelView<T, C> out(written.data(), columns, rows, strides), truth(expected.data(), columns, rows, strides);
+    for (int x = 0; x < columns; ++x)
+        for (int count = 1; count <= std::min(N, columns - x); ++count) {
             const std::array<Pack<T, N>, channels> packs = load_pack<N>(view, x, 1, count);
             for (int i = 0; i < N; ++i)
                 for (int c = 0; c < C; ++c)
@@ -26,8 +26,8 @@ void check_packs(const PixelStrides& strides) {
             for (int i = 0; i < count; ++i) truth.store(x + i, 1, view.load(x + i, 1));
             REQUIRE(written == expected); // and no element beside
         }
-    for (const int x : {-5, 0, width - 1, width + 7})
-        for (const int y : {-1, 1, height}) prefetch(view, x, y, N);
+    for (const int x : {-5, 0, columns - 1, columns + 7})
+        for (const int y : {-1, 1, rows}) prefetch(view, x, y, N);
 }
 } // namespace
 
