@@ -45,6 +45,7 @@
 #include <lambent/core/pyramid.hpp>
 #include <lambent/core/ray.hpp>
 #include <lambent/core/simd.hpp>
+#include <lambent/core/simd_layout.hpp>
 #include <lambent/core/simd_mask.hpp>
 #include <lambent/core/simd_order.hpp>
 #include <lambent/core/sincos.hpp>
@@ -67,8 +68,10 @@
 #include <lambent/denoise/gaussian.hpp>
 #include <lambent/denoise/light_guides.hpp>
 #include <lambent/denoise/light_regression.hpp>
+#include <lambent/denoise/noise_level.hpp>
 #include <lambent/denoise/pair_average.hpp>
 #include <lambent/denoise/phased_planes.hpp>
+#include <lambent/denoise/pixel_albedo.hpp>
 #include <lambent/denoise/restore_energy.hpp>
 #include <lambent/denoise/spread_factor.hpp>
 #include <lambent/denoise/usable_frame.hpp>
@@ -79,6 +82,7 @@
 #include <lambent/film/metrics.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <lambent/film/pixel_sample.hpp>
+#include <lambent/film/pixel_packs.hpp>
 #include <lambent/film/pixel_view.hpp>
 #include <lambent/film/region.hpp>
 #include <lambent/light/environment_light.hpp>

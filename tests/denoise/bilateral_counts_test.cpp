@@ -126,8 +126,17 @@ TEST_CASE("counts: denoise() adds up its passes, and has none where it takes ano
     const auto one = [](int kernel, BilateralForm form = BilateralForm::separable_reuse) {
         return bilateral_counts(40, 30, {.kernel = kernel, .form = form}).exponentials;
     };
-    CHECK(passes({.kernel = 33}) == one(33) + 2 * one(17)); // the filter, and what tells it light from noise
-    CHECK(passes(denoise_options("best")) == one(25, BilateralForm::reuse_2d) + 2 * one(13, BilateralForm::reuse_2d));
+    // The filter, and what tells it light from noise: wider, the more noise there is, and up to half as wide.
+    Plane<float, 3> light(40, 30);
+    despike<float>(frame.radiance.view(), light.view(), 4, serial);
+    const int guide = 2 * int(std::lround(16 * noise_level<float>(std::as_const(light).view(), serial))) + 1;
+    CHECK(guide > 9);
+    CHECK(guide < 17);
+    CHECK(passes({.kernel = 33}) == one(33) + 2 * one(guide));
+    CHECK(passes({.kernel = 17}) == one(17) + 2 * one(9));
+    CHECK(passes({.kernel = 5}) == one(5) + 2 * one(3));
+    CHECK(passes(denoise_options("best")) ==
+          one(25, BilateralForm::reuse_2d) + 2 * one(std::min(guide, 13), BilateralForm::reuse_2d));
     CHECK(passes(denoise_options("seed")) == one(65));
     CHECK(passes(denoise_options("none")) == 0);
     frame.variance = planes.image;

@@ -108,6 +108,19 @@ TEST_CASE_TEMPLATE("F7: another material weighs exp(-2) at sigma 0.5, and nothin
     CHECK(Pair<T>{}.weight(IdentityFeature<T>(same.view(), hard_stop)) == doctest::Approx(1).epsilon(1e-6));
 }
 
+TEST_CASE_TEMPLATE("F7: no surface is like none, however much other materials count", T, float, double) {
+    const auto weight = [](T a, T b) {
+        const auto plane = two(a, b);
+        return Pair<T>{}.weight(MaterialFeature<T>(plane.view(), 0.5));
+    };
+    CHECK(weight(3, 4) == doctest::Approx(std::exp(-2.0)).epsilon(1e-6));
+    CHECK(weight(0, 4) == doctest::Approx(std::exp(-2.0)).epsilon(1e-6));
+    CHECK(weight(4, 4) == doctest::Approx(1).epsilon(1e-6));
+    CHECK(weight(-1, -1) == doctest::Approx(1).epsilon(1e-6));
+    CHECK(weight(-1, 4) == 0);
+    CHECK(weight(0, -1) == 0);
+}
+
 TEST_CASE_TEMPLATE("distance in units of the pixels' own deviations, by their geometric mean", T, float, double) {
     const auto plane = two(Vec3<T>(1), Vec3<T>(1, 1, 4));
     const auto deviation = two(T(0.5), T(8));

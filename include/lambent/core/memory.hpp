@@ -40,6 +40,20 @@ private:
     }
 };
 
+/// LargePageAllocator for arrays that start with whatever the memory holds: nothing is written before it is wanted, so
+/// that the threads that fill an array share the work of getting its pages.
+template <class T>
+struct ScratchAllocator : LargePageAllocator<T> {
+    ScratchAllocator() = default;
+    template <class U> ScratchAllocator(const ScratchAllocator<U>&) {}
+
+    template <class U> void construct(U* p) { ::new (static_cast<void*>(p)) U; }
+};
+
+/// An array of numbers that are written before they are read; 64-byte aligned.
+template <class T>
+using ScratchArray = std::vector<T, ScratchAllocator<T>>;
+
 /// An array for data that rays reach in no order; 64-byte aligned.
 template <class T>
 using LargeArray = std::vector<T, LargePageAllocator<T>>;

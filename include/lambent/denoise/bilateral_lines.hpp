@@ -4,6 +4,7 @@
 #include <lambent/core/executor.hpp>
 #include <lambent/denoise/bilateral_weights.hpp>
 #include <lambent/film/region.hpp>
+#include <array>
 #include <vector>
 
 /// One pass of the separable cross-bilateral filter, along rows or along columns.
@@ -31,25 +32,20 @@ public:
     LineStrip(WeightUse use, const LineRange& range, const std::vector<T>& kernel, const FeatureList<T>& features)
         : use_(use), range_(range), spatial_(squared_distances(kernel)), center_(kernel[kernel.size() / 2]),
           channels_(features.channels()), radius_(int(kernel.size()) / 2), pair_(features, radius_ + 1),
-          memory_(std::size_t(capacity()) * std::size_t(P::width * (PackedPixels<T>::numbers(features) + 4)), T(0)),
-          sums_{memory_.data(), 4 * P::width}, pixels_{sums_.values(capacity()),
-                                                       P::width * PackedPixels<T>::numbers(features)} {
-        restart();
+          memory_(std::size_t(capacity()) * std::size_t(P::width * (PackedPixels<T>::numbers(features) + (twice() ? 4 : 0)))),
+          pixels_{memory_.data(), P::width * PackedPixels<T>::numbers(features)},
+          sums_{pixels_.values(capacity()), 4 * P::width} {
+        base_ = imported_ = std::max(range_.tap_first, start() - behind());
+        if (twice()) std::fill(sums_.values(0), sums_.values(capacity()), T(0));
     }
 
     /// Where to start: with `twice`, pixels before the first give to it though their own sums are not wanted.
     int start() const { return twice() ? std::max(range_.tap_first, range_.first - radius_) : range_.first; }
-    /// The most pixels that filter() takes at once; even.
-    int step() const { return std::max(twice() ? 128 : 64, 2 * radius_); }
-
-    void restart() {
-        base_ = imported_ = std::max(range_.tap_first, start() - behind());
-        std::fill(sums_.values(0), sums_.values(capacity()), T(0));
-    }
     /// The pixels that have to be written to pixels(i) before `filter(from, to)`: [imported(), the result).
     int make_room(int from, int to) {
-        forget(std::max(base_, from - behind()));
-        return std::max(imported_, std::min(range_.tap_last, to + radius_));
+        const int needed = std::max(imported_, std::min(range_.tap_last, to + radius_));
+        if (needed - base_ >= capacity()) forget(std::max(base_, from - behind()));
+        return needed;
     }
     int imported() const { return imported_; }
     PackedPixels<T> pixels(int i) const { return {pixels_.values(i - base_), pixels_.step}; }
@@ -69,17 +65,22 @@ public:
 
 private:
     bool twice() const { return use_ == WeightUse::twice; }
-    int capacity() const { return behind() + step() + radius_ + 1; }
+    /// In pixels: those that a block reaches, the one after the last, and as many that seldom have to be moved.
+    int capacity() const { return behind() + radius_ + 1 + std::max(192, 2 * radius_); }
     int behind() const { return twice() ? 0 : radius_; } ///< how many pixels back a pixel looks
 
     /// Moves the pixels from `first` on to the front.
     void forget(int first) {
         if (first == base_) return;
         const int by = first - base_, kept = imported_ - first;
-        for (const auto& packs : {sums_, pixels_})
+        const auto move = [&](const PackedPixels<T>& packs) {
             std::copy(packs.values(by), packs.values(by + kept), packs.values(0));
-        std::fill(sums_.values(kept), sums_.values(capacity()), T(0));
+        };
+        move(pixels_);
         base_ = first;
+        if (!twice()) return;
+        move(sums_);
+        std::fill(sums_.values(kept), sums_.values(capacity()), T(0));
     }
 
     WeightedSum<T> center(int i, WeightedSum<T> sum = {}) const {
@@ -136,14 +137,27 @@ private:
     T center_;               ///< the weight of a pixel for itself
     int channels_, radius_;
     PairOfPacks<T> pair_;
-    LargeArray<T> memory_;
-    PackedPixels<T> sums_, pixels_;
+    ScratchArray<T> memory_;
+    PackedPixels<T> pixels_, sums_; ///< sums: where weights are used twice
     int base_ = 0, imported_ = 0; ///< the pixel at the front, and the one after the last
 };
 
-/// Filters `window` of a width × height image along its lines. load(x, y) gives the homogeneous pixel,
-/// prefetch(x, y) asks for one that is wanted later; store(x, y, mean, filtered) takes the mean, see
-/// store_means. Threads own whole lines, so nothing is shared and any number of them gives the same bits.
+/// Packs of pixels along rows, one for each row, to packs of one pixel of each row, or back: number n of the i-th is at
+/// from[i · step + n · width], and goes likewise to the first `count` of `to`.
+template <class T>
+void transpose_packs(const PackedPixels<T>& from, int numbers, const PackedPixels<T>& to, int count) {
+    using P = FeaturePack<T>;
+    for (int n = 0; n < numbers; ++n) {
+        std::array<P, std::size_t(P::width)> square;
+        for (int i = 0; i < P::width; ++i) square[std::size_t(i)] = P::load(from.values(i) + n * P::width);
+        transpose(square);
+        for (int i = 0; i < count; ++i) square[std::size_t(i)].store(to.values(i) + n * P::width);
+    }
+}
+
+/// Filters `window` of a width × height image along its lines. load(x, y, count) gives so many homogeneous pixels of a
+/// row, prefetch(x, y, count) asks for some that are wanted later; store(x, y, count, means) takes those of a row: see means().
+/// Threads own whole lines, so nothing is shared and any number of them gives the same bits.
 template <class T, Executor E, class Load, class Prefetch, class Store>
 void filter_lines(LineDirection direction, WeightUse use, int width, int height, const PixelWindow& window,
                   const std::vector<T>& kernel, const FeatureList<T>& features, E& executor, Load&& load,
@@ -155,10 +169,17 @@ void filter_lines(LineDirection direction, WeightUse use, int width, int height,
     const int radius = int(kernel.size()) / 2;
     const int tap_first = std::max(0, first - radius), tap_last = std::min(rows ? width : height, last + radius);
     const LineRange range{first, last, tap_first, tap_last};
-    // Strips side by side go on together: their pixels share cache lines and pages.
-    constexpr int together = std::max(1, 32 / P::width);
+    constexpr int block = 16; // pixels of a line that are filtered before the next ones are read
+    static_assert(block % P::width == 0);
+    // Columns whose pixels share cache lines go on together: 16 pixels of dense RGB are three.
+    const std::size_t together = rows ? 1 : std::size_t(16 / P::width);
+    const auto import = [&](int x, int y, int count, T* to) {
+        const Homogeneous<T> value = load(x, y, count);
+        for (int c = 0; c < 4; ++c) value[std::size_t(c)].store(to + c * P::width);
+        features.import(x, y, count, to + 5 * P::width);
+    };
     executor.parallel_for(
-        std::size_t((lines + P::width - 1) / P::width), std::size_t(together), [&](std::size_t begin, std::size_t end) {
+        std::size_t((lines + P::width - 1) / P::width), together, [&](std::size_t begin, std::size_t end) {
             std::vector<LineStrip<T>> strips;
             strips.reserve(end - begin); // they hold pointers into themselves
             for (std::size_t i = begin; i < end; ++i) strips.emplace_back(use, range, kernel, features);
@@ -166,37 +187,49 @@ void filter_lines(LineDirection direction, WeightUse use, int width, int height,
             const auto count_of = [&](std::size_t strip) {
                 return std::min(P::width, line_begin + lines - line_of(strip));
             };
-            const auto import = [&](int x, int y, int count, Ahead ahead, const PackedPixels<T>& to, int lane,
-                                    std::ptrdiff_t step) {
-                features.import(x, y, count, ahead, to.features(0) + lane, step);
-                for (int i = 0; i < count; ++i) {
-                    if (i % prefetch_every == 0) prefetch(x + i + ahead.x, y + ahead.y);
-                    const Homogeneous<T> value = load(x + i, y);
-                    for (int c = 0; c < 4; ++c) to.values(0)[c * P::width + lane + i * step] = value[std::size_t(c)];
-                }
-            };
-            const int step = strips[0].step();
-            for (int from = strips[0].start(); from < last; from += step) {
-                const int to = std::min(last, from + step), imported = strips[0].imported();
+            const int numbers = PackedPixels<T>::numbers(features);
+            LargeArray<T> memory(std::size_t((numbers + 4) * P::width * P::width), T(0)); // of a block of rows
+            const PackedPixels<T> in{memory.data(), numbers * P::width};
+            const PackedPixels<T> out{in.values(P::width), 4 * P::width};
+            for (int from = strips[0].start(); from < last; from += block) {
+                const int to = std::min(last, from + block), imported = strips[0].imported();
                 int needed = imported;
                 for (auto& strip : strips) needed = strip.make_room(from, to);
-                constexpr int block = 32; // pixels of all lines before the next ones, so that they meet in the cache
                 if (rows)
-                    for (int x = imported; x < needed; x += block)
-                        for (std::size_t s = 0; s < strips.size(); ++s)
-                            for (int l = 0; l < count_of(s); ++l)
-                                import(x, line_of(s) + l, std::min(block, needed - x), {block, 0}, strips[s].pixels(x),
-                                       l, strips[s].pixels(x).step);
+                    for (int x = imported; x < needed; x += P::width) {
+                        const int count = std::min(P::width, needed - x);
+                        for (int l = 0; l < count_of(0); ++l) import(x, line_of(0) + l, count, in.values(l));
+                        transpose_packs(in, numbers, strips[0].pixels(x), count);
+                    }
                 else
                     for (int y = imported; y < needed; ++y)
                         for (std::size_t s = 0; s < strips.size(); ++s)
-                            import(line_of(s), y, count_of(s), {0, 16}, strips[s].pixels(y), 0, 1);
-                for (std::size_t s = 0; s < strips.size(); ++s)
+                            import(line_of(s), y, count_of(s), strips[s].pixels(y).values(0));
+                for (std::size_t s = 0; s < strips.size(); ++s) {
+                    int waiting = 0;
+                    const auto store_rows = [&](int end_of_means) {
+                        transpose_packs(out, 4, out, P::width);
+                        for (int l = 0; l < count_of(s); ++l)
+                            store(end_of_means - waiting, line_of(s) + l, waiting, std::to_array(out.value(l).channel));
+                        waiting = 0;
+                    };
+                    // One at a time, so that the memory has time for each.
+                    const auto prefetch_next = [&](int i) {
+                        const int x = rows ? needed : line_of(s), y = rows ? line_of(s) + i : needed + i;
+                        const int count = rows ? block : count_of(s);
+                        if (rows && i >= count_of(s)) return;
+                        prefetch(x, y, count);
+                        features.prefetch(x, y, count);
+                    };
                     strips[s].filter(from, to, needed, [&](int i, const WeightedSum<T>& sum, const T* usable) {
-                        store_means(sum, usable, count_of(s), [&](int l, const Vec3<T>& mean, bool filtered) {
-                            store(rows ? i : line_of(s) + l, rows ? line_of(s) + l : i, mean, filtered);
-                        });
+                        prefetch_next(i - from);
+                        const Homogeneous<T> mean = means(sum, usable);
+                        if (!rows) return store(line_of(s), i, count_of(s), mean);
+                        for (int c = 0; c < 4; ++c) mean[std::size_t(c)].store(out.values(waiting) + c * P::width);
+                        if (++waiting == P::width) store_rows(i + 1);
                     });
+                    if (waiting > 0) store_rows(to);
+                }
             }
         });
 }

@@ -15,10 +15,10 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
 
-/// A pixel as the filters sum it: (r, g, b, 1), or (0, 0, 0, 0) where there is none or it is not finite. Such
+/// Pixels as the filters sum them: (r, g, b, 1), or (0, 0, 0, 0) where there is none or it is not finite. Such
 /// a tap adds nothing to either sum, whatever its weight, so borders and bad pixels need no test in a loop.
 template <class T>
-using Homogeneous = std::array<T, 4>;
+using Homogeneous = std::array<FeaturePack<T>, 4>;
 
 /// The squared distances, in sigmas, that give the weights of a kernel.
 template <class T>
@@ -146,15 +146,15 @@ private:
     std::vector<P, LargePageAllocator<P>> weights_a_, weights_b_;
 };
 
-/// Writes a pack's means: store(lane, rgb, filtered) for `count` lanes, `filtered` false where nothing usable
-/// was in reach and where the pixel's own features are not finite.
-template <class T, class Store>
-void store_means(const WeightedSum<T>& sum, const T* usable, int count, Store&& store) {
+/// A pack's means, and 1 in a fourth number, or 0 where nothing usable was in reach or the pixel's own features are
+/// not finite: then there is no mean.
+template <class T>
+Homogeneous<T> means(const WeightedSum<T>& sum, const T* usable) {
     using P = FeaturePack<T>;
-    T mean[3][std::size_t(P::width)];
-    for (int c = 0; c < 3; ++c) (sum.channel[c] / sum.channel[3]).store(mean[c]);
-    const unsigned filtered = bits((P::load(usable) > P(T(0))) & (sum.channel[3] > P(T(0))));
-    for (int l = 0; l < count; ++l) store(l, Vec3<T>(mean[0][l], mean[1][l], mean[2][l]), (filtered >> l & 1u) != 0);
+    const P weight = sum.channel[3];
+    const auto filtered = (P::load(usable) > P(T(0))) & (weight > P(T(0)));
+    return {sum.channel[0] / weight, sum.channel[1] / weight, sum.channel[2] / weight,
+            select(filtered, P(T(1)), P(T(0)))};
 }
 
 } // namespace detail

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdlib>
 #include <lambent/core/executor.hpp>
@@ -21,7 +22,7 @@ class WindowPlanes {
 public:
     using P = FeaturePack<T>;
 
-    /// For the pixels of `window` as centres. load(x, y) gives the homogeneous pixel.
+    /// For the pixels of `window` as centres. load(x, y, count) gives so many homogeneous pixels of a row.
     template <Executor E, class Load>
     WindowPlanes(int width, int height, const PixelWindow& window, const std::vector<T>& kernel,
                  const FeatureList<T>& features, E& executor, Load&& load)
@@ -35,16 +36,21 @@ public:
         for (int dy = 0; dy <= radius_; ++dy)
             for (const T d : distances) spatial_.push_back(distances[std::size_t(radius_ + dy)] + d);
         executor.parallel_for(std::size_t(y_end_ - y_begin_), 8, [&](std::size_t begin, std::size_t end) {
+            std::vector<T> numbers(std::size_t(step_), T(0)); // of a pack of pixels of a row
             for (int y = y_begin_ + int(begin); y < y_begin_ + int(end); ++y)
                 for (int l = 0; l < P::width; ++l) {
                     const int from = window.x0 + l * segment_ - radius_; // pixel of pack 0
                     const int x0 = std::max(0, from), x1 = std::min(width, from + packs());
                     if (x0 >= x1) continue;
                     const PackedPixels<T> to = row(y);
-                    features_.import(x0, y, x1 - x0, {32, 0}, to.features(x0 - from) + l, step_);
-                    for (int x = x0; x < x1; ++x) {
-                        const Homogeneous<T> value = load(x, y);
-                        for (int c = 0; c < 4; ++c) to.values(x - from)[c * P::width + l] = value[std::size_t(c)];
+                    for (int x = x0; x < x1; x += P::width) {
+                        const int count = std::min(P::width, x1 - x);
+                        const Homogeneous<T> value = load(x, y, count);
+                        for (std::size_t c = 0; c < 4; ++c) value[c].store(numbers.data() + int(c) * P::width);
+                        features_.import(x, y, count, numbers.data() + 5 * P::width);
+                        for (int i = 0; i < count; ++i)
+                            for (int n = 0; n < int(numbers.size()); n += P::width)
+                                to.values(x - from + i)[n + l] = numbers[std::size_t(n + i)];
                     }
                 }
             for (int y = y_begin_ + int(begin); y < y_begin_ + int(end); ++y)
@@ -141,11 +147,12 @@ void filter_window(const WindowPlanes<T>& planes, E& executor, Store&& store) {
             add(y, -radius, 0);
             add(y, 1, radius + 1);
             sums.add_centers(sums.row(0), planes, y);
-            for (int i = planes.first(); i < planes.last(); ++i)
-                store_means(sums.row(0).value(i), planes.row(y).usable(i), P::width,
-                            [&](int l, const Vec3<T>& mean, bool filtered) {
-                                if (const int x = planes.column(i, l); x < window.x1) store(x, y, mean, filtered);
-                            });
+            for (int i = planes.first(); i < planes.last(); ++i) {
+                const auto [r, g, b, filtered] = means<T>(sums.row(0).value(i), planes.row(y).usable(i));
+                for (int l = 0; l < P::width; ++l)
+                    if (const int x = planes.column(i, l); x < window.x1)
+                        store(x, y, Vec3<T>(r[l], g[l], b[l]), filtered[l] > 0);
+            }
         }
     });
 }
@@ -185,7 +192,7 @@ void filter_window_pairs(const WindowPlanes<T>& planes, E& executor, Store&& sto
     executor.parallel_for(std::size_t(window.height()), 8, [&](std::size_t begin, std::size_t end) {
         const std::size_t width = std::size_t(window.width());
         for (int y = window.y0 + int(begin); y < window.y0 + int(end); ++y) {
-            std::vector<Homogeneous<T>> line(width, Homogeneous<T>{});
+            std::vector<std::array<T, 4>> line(width, std::array<T, 4>{});
             std::vector<T> usable(width);
             const auto add = [&](int b) { // what a segment's pixels gave beyond its ends belongs to others
                 const PackedPixels<T> row = sums[std::size_t(b)]->row(y - window.y0 - b * band);

@@ -1,6 +1,9 @@
 #pragma once
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cstdint>
+#include <cstring>
 #include <lambent/denoise/bilateral_lines.hpp>
 #include <lambent/denoise/bilateral_window.hpp>
 #include <lambent/denoise/despike.hpp>
@@ -79,6 +82,33 @@ inline PixelWindow with_halo(const PixelWindow& window, int radius, int width, i
             std::min(height, window.y1 + radius)};
 }
 
+/// Whether all pixels have the bits of the first, and it is finite; ends at the first that differs.
+template <class T>
+bool is_constant(const PixelView<const T, 3>& image) {
+    if (image.absent()) return false;
+    const Vec3<T> first = image.load(0, 0);
+    for (int y = 0; y < image.height(); ++y)
+        for (int x = 0; x < image.width(); ++x)
+            if (const Vec3<T> here = image.load(x, y); std::memcmp(&here, &first, sizeof first) != 0) return false;
+    return is_finite(first);
+}
+
+/// Whether all values in `window` are.
+template <class T, Executor E>
+bool all_finite(const PixelView<const T, 3>& image, const PixelWindow& window, E& executor) {
+    constexpr int lanes = FeaturePack<T>::width;
+    std::atomic<bool> result{true};
+    executor.parallel_for(std::size_t(window.height()), 16, [&](std::size_t begin, std::size_t end) {
+        auto finite = is_finite(FeaturePack<T>(T(0)));
+        for (int y = window.y0 + int(begin); y < window.y0 + int(end); ++y)
+            for (int x = window.x0; x < window.x1; x += lanes)
+                for (const auto& channel : load_pack<lanes>(image, x, y, std::min(lanes, window.x1 - x)))
+                    finite = finite & is_finite(channel);
+        if (!all(finite)) result = false;
+    });
+    return result;
+}
+
 /// Pairs (i, j) with i in [first, last) and j in [i + low, i + high], as far as j is in [begin, end).
 inline std::uint64_t count_pairs(int first, int last, int low, int high, int begin, int end) {
     std::uint64_t pairs = 0;
@@ -125,12 +155,13 @@ inline BilateralCounts bilateral_counts(int width, int height, const CrossBilate
 /// A feature that is absent, constant or of infinite sigma is left out before the loops.
 /// shape   image, out and features: width × height each; `out` may be the very view of `image`
 /// space   linear light; illumination with the albedo divided out keeps textures sharp
-/// border  taps outside are left out and the rest renormalised: a constant image is a fixed point
+/// border  taps outside are left out and the rest renormalised: a constant image comes out bit for bit, for it is not
+///         filtered; regions of one value, but for rounding (5e-7 of it in float)
 /// nan     a pixel that is not finite gives nothing to others and takes its neighbours' value; one with a feature
 ///         that is not finite gives nothing and stays; no effect reaches further than the kernel's radius
 /// window  separable forms give the bits that the whole image would have there; give the next tile the same image
 /// threads the same bits for any executor: rows, columns or bands of fixed height are owned by one thread
-/// returns what it did, as bilateral_counts() has it
+/// returns what it did, as bilateral_counts() has it; nothing for a constant image
 /// throws  lambent::Error on a bad option or unequal sizes, before anything is written
 /// cost    see BilateralForm; one exponential a weight. Memory: 4 numbers a pixel (separable forms), else 5 + the
 ///         features' channels, and 8 more with re-use; windows are laid out in segments, so narrow images take a
@@ -144,21 +175,20 @@ BilateralCounts cross_bilateral(const PixelView<const T, 3>& image, const PixelV
     detail::FeatureList<T> list;
     (list.add(features, width, height), ...);
     const PixelWindow window = detail::checked_window(options.window, width, height);
-    if (options.kernel == 0) {
+    if (options.kernel == 0 || detail::is_constant(image)) {
         for (int y = window.y0; y < window.y1; ++y)
             for (int x = window.x0; x < window.x1; ++x) out.store(x, y, image.load(x, y));
-        return counts;
+        return {};
     }
     const int radius = options.kernel / 2;
     const std::vector<T> kernel = gaussian_kernel<T>(options.kernel, options.sigma_spatial);
 
     // Bad pixels are never taps (load below), but need an illumination of their own to weigh their neighbours.
+    using P = FeaturePack<T>;
     const PixelWindow seen = detail::with_halo(window, radius, width, height);
     Plane<T, 3> repaired;
     PixelView<const T, 3> guide = image;
-    bool all_finite = true;
-    for (int y = seen.y0; y < seen.y1 && all_finite; ++y)
-        for (int x = seen.x0; x < seen.x1 && all_finite; ++x) all_finite = is_finite(image.load(x, y));
+    const bool all_finite = detail::all_finite(image, seen, executor);
     if (!all_finite) {
         repaired.allocate(width, height);
         const auto view = repaired.view();
@@ -167,13 +197,22 @@ BilateralCounts cross_bilateral(const PixelView<const T, 3>& image, const PixelV
         repair_non_finite(view, radius);
         guide = view;
     }
-    const auto load = [&](int x, int y) -> detail::Homogeneous<T> {
-        const Vec3<T> value = image.load(x, y);
-        if (!all_finite && !is_finite(value)) return {};
-        return {value.x, value.y, value.z, T(1)};
+    const auto load = [&](int x, int y, int count) -> detail::Homogeneous<T> {
+        const auto [r, g, b] = load_pack<P::width>(image, x, y, count);
+        if (all_finite) return {r, g, b, P(T(1))};
+        const auto finite = is_finite(r) & is_finite(g) & is_finite(b);
+        const P zero(T(0));
+        return {select(finite, r, zero), select(finite, g, zero), select(finite, b, zero), select(finite, P(T(1)), zero)};
     };
     const auto store = [&](int x, int y, const Vec3<T>& mean, bool filtered) {
         out.store(x, y, filtered ? mean : guide.load(x, y));
+    };
+    // Pixels without a mean keep their value.
+    const auto complete = [&](int x, int y, int count, detail::Homogeneous<T>& mean) {
+        if (all(mean[3] > P(T(0)))) return;
+        for (int i = 0; i < count; ++i)
+            if (!(mean[3][i] > 0))
+                for (int c = 0; c < 3; ++c) mean[std::size_t(c)].set(i, guide.load(x + i, y)[c]);
     };
 
     detail::FeatureList<T> with_light = list;
@@ -196,29 +235,33 @@ BilateralCounts cross_bilateral(const PixelView<const T, 3>& image, const PixelV
     const auto use =
         options.form == BilateralForm::separable_reuse ? detail::WeightUse::twice : detail::WeightUse::once;
     const PixelWindow first_window{window.x0, seen.y0, window.x1, seen.y1};
-    LargeArray<T> first(4 * std::size_t(width) * std::size_t(height));
-    const PixelView<T, 4> rows(first.data(), width, height);
+    ScratchArray<T> first(4 * std::size_t(width) * std::size_t(height));
+    const PixelView<T, 4> rows(first.data(), width, height, {.pixel = 1, .row = 4 * width, .channel = width});
     detail::filter_lines(
         LineDirection::rows, use, width, height, first_window, kernel, with_light, executor, load,
-        [&](int x, int y) { image.prefetch(x, y); },
-        [&](int x, int y, const Vec3<T>& mean, bool filtered) {
-            rows.store(x, y, {filtered ? mean : guide.load(x, y), filtered ? T(1) : T(0)});
+        [&](int x, int y, int count) { prefetch(image, x, y, count); },
+        [&](int x, int y, int count, detail::Homogeneous<T> mean) {
+            complete(x, y, count, mean);
+            store_pack(rows, x, y, count, mean);
         });
-    const PixelView<const T, 3> first_rgb(rows.data(), width, height, {.pixel = 4});
+    const PixelView<const T, 3> first_rgb(rows.data(), width, height, rows.strides());
     const DistanceFeature<T> second_light(options.guide == SecondPassGuide::first_pass ? first_rgb : guide,
                                           options.sigma_illumination * options.second_pass_factor);
     list.add(second_light, width, height);
     detail::filter_lines(
         LineDirection::columns, use, width, height, window, kernel, list, executor,
-        [&](int x, int y) {
-            const Vec4<T> v = rows.load(x, y);
-            return detail::Homogeneous<T>{v.x * v.w, v.y * v.w, v.z * v.w, v.w};
+        [&](int x, int y, int count) -> detail::Homogeneous<T> {
+            const auto [r, g, b, filtered] = load_pack<P::width>(rows, x, y, count);
+            return {r * filtered, g * filtered, b * filtered, filtered};
         },
-        [&](int x, int y) {
-            rows.prefetch(x, y);
-            out.prefetch(x, y);
+        [&](int x, int y, int count) {
+            prefetch(rows, x, y, count);
+            prefetch(out, x, y, count);
         },
-        store);
+        [&](int x, int y, int count, detail::Homogeneous<T> mean) {
+            complete(x, y, count, mean);
+            store_pack(out, x, y, count, std::array<P, 3>{mean[0], mean[1], mean[2]});
+        });
     return counts;
 }
 

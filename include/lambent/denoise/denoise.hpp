@@ -3,6 +3,8 @@
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/denoise/denoise_light.hpp>
 #include <lambent/denoise/footprint.hpp>
+#include <lambent/denoise/noise_level.hpp>
+#include <lambent/denoise/pixel_albedo.hpp>
 #include <lambent/denoise/usable_frame.hpp>
 #include <algorithm>
 #include <cmath>
@@ -15,8 +17,9 @@ inline namespace LAMBENT_ABI {
 /// What the sigmas of DenoiseOptions count.
 enum class SigmaUnits {
     relative, ///< illumination, of a prefiltered image, in standard deviations of a pixel's noise; position in
-              ///< pixel footprints off the other pixel's plane; normal in radians. So the same numbers do at any
-              ///< exposure, any scale and any number of samples
+              ///< pixel footprints off the other pixel's plane; normal in radians. All grow with the image's
+              ///< noise_level(): by up to a factor of 2, and what another material weighs up to 1/2. So the same
+              ///< numbers do at any exposure, any scale and any number of samples
     absolute, ///< illumination as radiance / albedo, of the noisy image; position in world units; normal as
               ///< 1 - cosine: the original's
 };
@@ -36,10 +39,10 @@ struct DenoiseOptions {
     BilateralForm form = BilateralForm::separable_reuse;
     SigmaUnits units = SigmaUnits::relative;
     double sigma_spatial = 0; ///< in pixels; 0 = kernel / 6.4
-    double sigma_illumination = 0.35;
+    double sigma_illumination = 0.23;
     double sigma_position = 8;
     double sigma_normal = 0.5;
-    double sigma_material = hard_stop; ///< the weight of another material is exp(-1 / 2 sigma²)
+    double sigma_material = hard_stop; ///< the weight of another material is exp(-1 / 2 sigma²), more where noise is strong
     double second_pass_factor = 1;     ///< on an absolute sigma_illumination, in the second pass: CrossBilateralOptions
     double despike = 4;                ///< deviations above its neighbours to which a pixel is clamped: despike()
     double firefly = std::numeric_limits<double>::infinity(); ///< threshold of suppress_fireflies_seed()
@@ -58,13 +61,13 @@ inline constexpr std::string_view denoise_methods =
 inline DenoiseOptions denoise_options(std::string_view method) {
     if (method == "best")
         return {
-            .noise = NoiseUse::regression, .kernel = 25, .form = BilateralForm::reuse_2d, .sigma_illumination = 0.3};
+            .noise = NoiseUse::regression, .kernel = 25, .form = BilateralForm::reuse_2d};
     if (method == "reuse_2d") return {.form = BilateralForm::reuse_2d};
     if (method == "naive_2d") return {.form = BilateralForm::naive_2d};
     if (method == "separable") return {.form = BilateralForm::separable};
     if (method == "balanced") return {.noise = NoiseUse::coarse_regression};
     if (method == "separable_reuse") return {};
-    if (method == "fast") return {.noise = NoiseUse::atrous, .kernel = 17, .sigma_illumination = 0.5};
+    if (method == "fast") return {.noise = NoiseUse::atrous, .kernel = 17, .sigma_illumination = 0.3};
     if (method == "none") return {.kernel = 0};
     if (method == "seed") {
         constexpr double off = std::numeric_limits<double>::infinity();
@@ -137,6 +140,28 @@ struct LightGuide {
         image = std::move(mean);
     }
 };
+/// The mean number of samples a pixel; infinite where the frame does not tell.
+template <class T>
+double mean_samples(const FrameView<T>& frame) {
+    if (frame.samples.absent()) return std::numeric_limits<double>::infinity();
+    const int width = frame.samples.width(), height = frame.samples.height();
+    double samples = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) samples += double(frame.samples.load(x, y));
+    return samples / (double(width) * double(height));
+}
+
+/// How much sigmas grow in an image of so much noise, by a factor of 1 + noise: where samples seldom find light, a pixel
+/// needs neighbours on other surfaces. Another material then weighs noise² / 2 at least.
+struct Loosened {
+    double noise;
+    double sigma(double at_rest) const { return at_rest * (1 + noise); }
+    double material(double at_rest) const {
+        const double weight = std::min(0.5 * noise * noise, 0.9);
+        return weight > 0 ? std::max(at_rest, std::sqrt(-0.5 / std::log(weight))) : at_rest;
+    }
+};
+
 /// atrous() of what despike() made of the noisy illumination, in place. Noise comes from the frame's variances or,
 /// after one sample, from the spread of 7 x 7 pixels; how far light may differ goes with the number of samples.
 template <class T, class E>
@@ -144,11 +169,10 @@ void atrous_of_illumination(const FrameView<T>& frame, const PixelView<T, 3>& no
                             const PixelView<T, 3>& illumination, E& executor) {
     const int width = illumination.width(), height = illumination.height();
     const auto sum = [](const Vec3<T>& v) { return v.x + v.y + v.z; };
-    double samples = 0;
+    const double samples = mean_samples(frame);
     Plane<T, 1> variance(width, height);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            samples += double(frame.samples.load(x, y)) / (double(width) * double(height));
             const Vec3<T> deviation = sqrt(max(frame.variance.load(x, y), Vec3<T>(0))) / modulation(frame, x, y);
             const T before = sum(noisy.load(x, y)), after = sum(illumination.load(x, y));
             variance.view().store(x, y, sum(deviation) * sum(deviation) * (before > after ? after / before : T(1)));
@@ -176,7 +200,8 @@ void atrous_of_illumination(const FrameView<T>& frame, const PixelView<T, 3>& no
 ///         takes its neighbours' value and gives nothing; what lies further away than the kernel is wide is the same to the bit
 /// threads the same bits for any executor
 /// throws  lambent::Error on a bad option, absent radiance or unequal sizes, before anything is written
-/// cost    three filters of `form`, two of them half as wide and at most 17 taps; absolute units: one filter
+/// cost    three filters of `form`, two of them 9 taps wide or, by the noise, up to half as wide as the other; absolute
+///         units: one filter
 template <std::floating_point T, Executor E>
 DenoiseReport denoise(const FrameView<T>& input, const std::type_identity_t<PixelView<T, 3>>& out,
                       const DenoiseOptions& options, E& executor,
@@ -222,16 +247,38 @@ DenoiseReport denoise(const FrameView<T>& input, const std::type_identity_t<Pixe
         const NormalFeature<T> normal(frame.normal, options.sigma_normal);
         report.bilateral = cross_bilateral<T>(view, view, filter, executor, position, normal, material);
     } else {
+        // In steps, so that a pixel far away seldom matters. Guides only tell light from noise: geometry's sigmas grow
+        // twice as much for them.
+        const int steps = int(std::lround(16 * noise_level<T>(view, executor)));
+        const double noise = steps / 16.0;
+        const auto with_geometry = [&](const detail::Loosened& loosened, auto&& run) {
+            const PlaneDistanceFeature<T> off_plane(frame.position, frame.normal, footprint.view(),
+                                                    loosened.sigma(options.sigma_position));
+            const NormalAngleFeature<T> turned(frame.normal, loosened.sigma(options.sigma_normal));
+            run(off_plane, turned, MaterialFeature<T>(frame.material, loosened.material(options.sigma_material)));
+        };
         CrossBilateralOptions small = filter;
-        small.kernel = std::clamp(filter.kernel / 2 | 1, 3, 17);
+        const int widest = std::max(1, filter.kernel / 4);
+        small.kernel = 2 * std::clamp(steps, std::min(4, widest), widest) + 1;
         small.sigma_spatial = 0;
         const detail::LightGuide<T> guide(frame, view, [&](const PixelView<const T, 3>& from, const PixelView<T, 3>& to) {
-            report.bilateral += cross_bilateral<T>(from, to, small, executor, plane, angle, material);
+            with_geometry({2 * noise}, [&](const auto&... geometry) {
+                report.bilateral += cross_bilateral<T>(from, to, small, executor, geometry...);
+            });
         });
-        const RelativeDistanceFeature<T> light(guide.image.view(), guide.deviation.view(), options.sigma_illumination, 1e-3);
-        report.bilateral += cross_bilateral<T>(view, view, filter, executor, light, plane, angle, material);
+        const RelativeDistanceFeature<T> light(guide.image.view(), guide.deviation.view(),
+                                               detail::Loosened{noise}.sigma(options.sigma_illumination), 1e-3);
+        with_geometry({noise}, [&](const auto&... geometry) {
+            report.bilateral += cross_bilateral<T>(view, view, filter, executor, light, geometry...);
+        });
     }
-    remodulate(frame, illumination.view(), out);
+    FrameView<T> shown = frame;
+    Plane<T, 3> albedo;
+    if (relative && !by_atrous && !frame.albedo.absent() && detail::mean_samples(frame) < 2) {
+        albedo = pixel_albedo(frame, executor);
+        shown.albedo = albedo.view();
+    }
+    remodulate(shown, illumination.view(), out);
     return report;
 }
 

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/simd.hpp>
-#include <lambent/film/pixel_view.hpp>
+#include <lambent/film/pixel_packs.hpp>
 #include <string>
 #include <vector>
 
@@ -22,9 +22,10 @@ using FeaturePack = Pack<T, native_width<T>>; ///< as many pixels at once as a r
 ///   width(), height() the size of its plane, which must be the image's
 ///   active()          false: it tells nothing apart (no plane, a constant plane, sigma infinite), leave it out
 ///   prepare(x, y)     the numbers of one pixel, best in units of sigma; a pixel where one is not finite is
-///                     neither filtered nor used
-///   prefetch(x, y)    optional: asks for the memory that prepare will read, at any x and y; always_inline, else
-///                     gcc takes it for a function without effect
+///                     neither filtered nor used. Or, several times as fast:
+///   prepare(x, y, count)       those of `count` pixels of a row, a pack a number; further lanes may hold anything
+///   prefetch(x, y, count)      optional: asks for the memory that prepare will read, at any x and y; always_inline,
+///                     else gcc takes it for a function without effect
 ///   add_distance2(a, b, sum)   sum + squared distance, in sigmas, of pixels with the numbers a[0..channels) and
 ///                     b, many at once; symmetric, >= 0; the weight is exp(-½ · the sum over features)
 template <class F>
@@ -32,7 +33,11 @@ concept PixelFeature = requires(const F& feature, const FeaturePack<typename F::
     { feature.width() } -> std::convertible_to<int>;
     { feature.height() } -> std::convertible_to<int>;
     { feature.active() } -> std::convertible_to<bool>;
-    { feature.prepare(0, 0) } -> std::same_as<std::array<typename F::Scalar, std::size_t(F::channels)>>;
+    requires requires {
+        { feature.prepare(0, 0) } -> std::same_as<std::array<typename F::Scalar, std::size_t(F::channels)>>;
+    } || requires {
+        { feature.prepare(0, 0, 1) } -> std::same_as<std::array<FeaturePack<typename F::Scalar>, std::size_t(F::channels)>>;
+    };
     { feature.add_distance2(pixels, pixels, *pixels) } -> std::same_as<FeaturePack<typename F::Scalar>>;
 };
 
@@ -59,11 +64,6 @@ struct TapDistances {
     const T *spatial_a, *spatial_b;
 };
 
-/// An offset in pixels.
-struct Ahead {
-    int x, y;
-};
-inline constexpr int prefetch_every = 4; ///< pixels: these share a cache line, or nearly
 
 /// A feature behind function pointers that work on runs of pixels, so that the filters are compiled once for
 /// any choice of features, and one that is not active costs nothing.
@@ -71,9 +71,11 @@ template <class T>
 struct AnyFeature {
     using P = FeaturePack<T>;
 
-    /// Writes the numbers of pixels (x .. x + count, y): channel c of pixel i to out[c · width + i · step],
-    /// with the width of a pack. `ahead`: how far away the pixels are that are wanted a little later.
-    void (*import)(const void* feature, int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step);
+    /// Writes the numbers of pixels (x .. x + count, y), no more than a pack of them: channel c of pixel i to
+    /// out[c · width + i].
+    void (*import)(const void* feature, int x, int y, int count, T* out);
+    /// Asks for the memory of pixels (x .. x + count, y), which may lie outside.
+    void (*prefetch)(const void* feature, int x, int y, int count);
     /// to.a[t - a_first] += the squared distance of the pack at `a` and that at taps + t · step, for a's taps
     /// t; likewise b. `set` starts from the spatial distances.
     using Distances = void (*)(const void* feature, const T* a, const T* b, const T* taps, std::ptrdiff_t step,
@@ -108,15 +110,23 @@ void feature_distances(const void* erased, const typename F::Scalar* at_a, const
 }
 
 template <class F>
-void feature_import(const void* erased, int x, int y, int count, Ahead ahead, typename F::Scalar* out,
-                    std::ptrdiff_t step) {
+void feature_prefetch(const void* erased, int x, int y, int count) {
+    const F& feature = *static_cast<const F*>(erased);
+    if constexpr (requires { feature.prefetch(x, y, count); }) feature.prefetch(x, y, count);
+}
+
+template <class F>
+void feature_import(const void* erased, int x, int y, int count, typename F::Scalar* out) {
     constexpr int width = FeaturePack<typename F::Scalar>::width;
-    const F feature = *static_cast<const F*>(erased);
-    for (int i = 0; i < count; ++i) {
-        if constexpr (requires { feature.prefetch(x, y); })
-            if (i % prefetch_every == 0) feature.prefetch(x + i + ahead.x, y + ahead.y);
-        const std::array<typename F::Scalar, std::size_t(F::channels)> numbers = feature.prepare(x + i, y);
-        for (int c = 0; c < F::channels; ++c) out[c * width + i * step] = numbers[std::size_t(c)];
+    const F& feature = *static_cast<const F*>(erased);
+    if constexpr (requires { feature.prepare(x, y, count); }) {
+        const auto numbers = feature.prepare(x, y, count);
+        for (int c = 0; c < F::channels; ++c) numbers[std::size_t(c)].store(out + c * width);
+    } else {
+        for (int i = 0; i < width; ++i) {
+            const auto numbers = i < count ? feature.prepare(x + i, y) : decltype(feature.prepare(x, y)){};
+            for (int c = 0; c < F::channels; ++c) out[c * width + i] = numbers[std::size_t(c)];
+        }
     }
 }
 
@@ -134,7 +144,7 @@ public:
                    std::to_string(feature.height()) + " pixels for an image of " + std::to_string(width) + " x " +
                    std::to_string(height);
         });
-        features_.push_back({feature_import<F>, feature_distances<F, false>, feature_distances<F, true>,
+        features_.push_back({feature_import<F>, feature_prefetch<F>, feature_distances<F, false>, feature_distances<F, true>,
                              std::addressof(feature), F::channels});
         channels_ += F::channels;
     }
@@ -144,12 +154,15 @@ public:
     int channels() const { return channels_; }
     bool empty() const { return features_.empty(); }
 
-    /// All features of a run of pixels, one after the other: see AnyFeature::import.
-    void import(int x, int y, int count, Ahead ahead, T* out, std::ptrdiff_t step) const {
+    /// All features of a pack of pixels, one after the other: see AnyFeature::import.
+    void import(int x, int y, int count, T* out) const {
         for (const auto& f : features_) {
-            f.import(f.feature, x, y, count, ahead, out, step);
+            f.import(f.feature, x, y, count, out);
             out += f.channels * FeaturePack<T>::width;
         }
+    }
+    void prefetch(int x, int y, int count) const {
+        for (const auto& f : features_) f.prefetch(f.feature, x, y, count);
     }
 
     /// The squared distances of all features and the spatial ones: see AnyFeature::Distances.

@@ -24,9 +24,15 @@ bool tells_nothing(const PixelView<const T, C>& plane) {
     return true;
 }
 
-template <class T>
-std::array<T, 3> scaled(const Vec3<T>& v, T scale) {
-    return {v.x * scale, v.y * scale, v.z * scale};
+/// `count` pixels of a row, in lanes.
+template <class T, int C>
+[[gnu::always_inline]] inline auto load_lanes(const PixelView<const T, C>& plane, int x, int y, int count) {
+    return load_pack<FeaturePack<T>::width>(plane, x, y, count);
+}
+
+template <class P>
+std::array<P, 3> scaled(const std::array<P, 3>& v, P scale) {
+    return {v[0] * scale, v[1] * scale, v[2] * scale};
 }
 
 template <class P>
@@ -56,8 +62,10 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
-    [[gnu::always_inline]] void prefetch(int x, int y) const { plane_.prefetch(x, y); }
-    std::array<T, 3> prepare(int x, int y) const { return detail::scaled(plane_.load(x, y), scale_); }
+    [[gnu::always_inline]] void prefetch(int x, int y, int count) const { lambent::prefetch(plane_, x, y, count); }
+    std::array<FeaturePack<T>, 3> prepare(int x, int y, int count) const {
+        return detail::scaled(detail::load_lanes(plane_, x, y, count), FeaturePack<T>(scale_));
+    }
     template <class P>
     P add_distance2(const P* a, const P* b, P sum) const {
         return detail::add_squared_distance(a, b, sum);
@@ -84,8 +92,10 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
-    [[gnu::always_inline]] void prefetch(int x, int y) const { plane_.prefetch(x, y); }
-    std::array<T, 1> prepare(int x, int y) const { return {plane_.load(x, y) * scale_}; }
+    [[gnu::always_inline]] void prefetch(int x, int y, int count) const { lambent::prefetch(plane_, x, y, count); }
+    std::array<FeaturePack<T>, 1> prepare(int x, int y, int count) const {
+        return {detail::load_lanes(plane_, x, y, count)[0] * FeaturePack<T>(scale_)};
+    }
     template <class P>
     P add_distance2(const P* a, const P* b, P sum) const {
         const P d = a[0] - b[0];
@@ -119,14 +129,14 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
-    [[gnu::always_inline]] void prefetch(int x, int y) const {
-        plane_.prefetch(x, y);
-        deviation_.prefetch(x, y);
+    [[gnu::always_inline]] void prefetch(int x, int y, int count) const {
+        lambent::prefetch(plane_, x, y, count);
+        lambent::prefetch(deviation_, x, y, count);
     }
-    std::array<T, 4> prepare(int x, int y) const {
-        const auto v = detail::scaled(plane_.load(x, y), scale_);
-        const T d = deviation_.load(x, y);
-        return {v[0], v[1], v[2], 1 / (d > smallest_ ? d : smallest_)};
+    std::array<FeaturePack<T>, 4> prepare(int x, int y, int count) const {
+        using P = FeaturePack<T>;
+        const auto v = detail::scaled(detail::load_lanes(plane_, x, y, count), P(scale_));
+        return {v[0], v[1], v[2], P(T(1)) / max(detail::load_lanes(deviation_, x, y, count)[0], P(smallest_))};
     }
     template <class P>
     P add_distance2(const P* a, const P* b, P sum) const {
@@ -162,15 +172,17 @@ public:
     int width() const { return position_.width(); }
     int height() const { return position_.height(); }
     bool active() const { return active_; }
-    [[gnu::always_inline]] void prefetch(int x, int y) const {
-        position_.prefetch(x, y);
-        normal_.prefetch(x, y);
-        footprint_.prefetch(x, y);
+    [[gnu::always_inline]] void prefetch(int x, int y, int count) const {
+        lambent::prefetch(position_, x, y, count);
+        lambent::prefetch(normal_, x, y, count);
+        lambent::prefetch(footprint_, x, y, count);
     }
-    std::array<T, 7> prepare(int x, int y) const {
-        const Vec3<T> p = position_.load(x, y), n = normal_.load(x, y) * scale_;
-        const T f = footprint_.load(x, y);
-        return {p.x, p.y, p.z, n.x, n.y, n.z, f > 0 ? 1 / f : T(0)};
+    std::array<FeaturePack<T>, 7> prepare(int x, int y, int count) const {
+        using P = FeaturePack<T>;
+        const auto p = detail::load_lanes(position_, x, y, count);
+        const auto n = detail::scaled(detail::load_lanes(normal_, x, y, count), P(scale_));
+        const P f = detail::load_lanes(footprint_, x, y, count)[0];
+        return {p[0], p[1], p[2], n[0], n[1], n[2], select(f > P(T(0)), P(T(1)) / f, P(T(0)))};
     }
     template <class P>
     P add_distance2(const P* a, const P* b, P sum) const {
@@ -202,8 +214,10 @@ public:
     int width() const { return normal_.width(); }
     int height() const { return normal_.height(); }
     bool active() const { return active_; }
-    [[gnu::always_inline]] void prefetch(int x, int y) const { normal_.prefetch(x, y); }
-    std::array<T, 3> prepare(int x, int y) const { return detail::scaled(normal_.load(x, y), scale_); }
+    [[gnu::always_inline]] void prefetch(int x, int y, int count) const { lambent::prefetch(normal_, x, y, count); }
+    std::array<FeaturePack<T>, 3> prepare(int x, int y, int count) const {
+        return detail::scaled(detail::load_lanes(normal_, x, y, count), FeaturePack<T>(scale_));
+    }
     template <class P>
     P add_distance2(const P* a, const P* b, P sum) const {
         const P d = multiply_add(-a[2], b[2], multiply_add(-a[1], b[1], multiply_add(-a[0], b[0], P(one_))));
@@ -232,11 +246,12 @@ public:
     int width() const { return normal_.width(); }
     int height() const { return normal_.height(); }
     bool active() const { return active_; }
-    [[gnu::always_inline]] void prefetch(int x, int y) const { normal_.prefetch(x, y); }
-    std::array<T, 3> prepare(int x, int y) const {
-        const Vec3<T> n = normal_.load(x, y);
-        const T length2 = dot(n, n);
-        return detail::scaled(n, length2 > 0 ? 1 / std::sqrt(length2) : T(1));
+    [[gnu::always_inline]] void prefetch(int x, int y, int count) const { lambent::prefetch(normal_, x, y, count); }
+    std::array<FeaturePack<T>, 3> prepare(int x, int y, int count) const {
+        using P = FeaturePack<T>;
+        const auto n = detail::load_lanes(normal_, x, y, count);
+        const P length2 = detail::dot3(n.data(), n.data());
+        return detail::scaled(n, select(length2 > P(T(0)), P(T(1)) / sqrt(length2), P(T(1))));
     }
     template <class P>
     P add_distance2(const P* a, const P* b, P sum) const {
@@ -279,8 +294,10 @@ public:
     int width() const { return plane_.width(); }
     int height() const { return plane_.height(); }
     bool active() const { return active_; }
-    [[gnu::always_inline]] void prefetch(int x, int y) const { plane_.prefetch(x, y); }
-    std::array<T, 1> prepare(int x, int y) const { return {plane_.load(x, y)}; }
+    [[gnu::always_inline]] void prefetch(int x, int y, int count) const { lambent::prefetch(plane_, x, y, count); }
+    std::array<FeaturePack<T>, 1> prepare(int x, int y, int count) const {
+        return detail::load_lanes(plane_, x, y, count);
+    }
     template <class P>
     P add_distance2(const P* a, const P* b, P sum) const {
         return sum + select(a[0] == b[0], P(T(0)), P(penalty_));
@@ -290,6 +307,32 @@ private:
     PixelView<const T, 1> plane_;
     T penalty_;
     bool active_;
+};
+
+/// An IdentityFeature in which negative numbers stand for no surface: such a pixel is like none that has another number,
+/// whatever sigma. Material indices as PixelData has them.
+/// throws lambent::Error unless sigma is positive
+template <std::floating_point T>
+class MaterialFeature {
+public:
+    using Scalar = T;
+    static constexpr int channels = 1;
+
+    MaterialFeature(const PixelView<const T, 1>& plane, double sigma) : identity_(plane, sigma), penalty_(T(1 / (sigma * sigma))) {}
+    int width() const { return identity_.width(); }
+    int height() const { return identity_.height(); }
+    bool active() const { return identity_.active(); }
+    [[gnu::always_inline]] void prefetch(int x, int y, int count) const { identity_.prefetch(x, y, count); }
+    std::array<FeaturePack<T>, 1> prepare(int x, int y, int count) const { return identity_.prepare(x, y, count); }
+    template <class P>
+    P add_distance2(const P* a, const P* b, P sum) const {
+        const P other = select(min(a[0], b[0]) < P(T(0)), P(T(1e18)), P(penalty_));
+        return sum + select(a[0] == b[0], P(T(0)), other);
+    }
+
+private:
+    IdentityFeature<T> identity_;
+    T penalty_;
 };
 
 /// The sigma that makes an IdentityFeature a hard stop: other materials get the weight 0.

@@ -64,11 +64,6 @@ public:
         }
     }
 
-    /// Asks for a pixel that will be loaded a little later; any x and y will do.
-    [[gnu::always_inline]] void prefetch(int x, int y) const {
-        if (x >= 0 && y >= 0 && x < width_ && y < height_) __builtin_prefetch(pixel(x, y));
-    }
-
     void store(int x, int y, const Value& value) const
         requires(!std::is_const_v<T>)
     {
