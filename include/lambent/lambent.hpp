@@ -60,6 +60,7 @@
 #include <lambent/denoise/denoise_light.hpp>
 #include <lambent/denoise/denoised_error.hpp>
 #include <lambent/denoise/despike.hpp>
+#include <lambent/denoise/energy_blocks.hpp>
 #include <lambent/denoise/feature.hpp>
 #include <lambent/denoise/feature_noise.hpp>
 #include <lambent/denoise/features.hpp>
