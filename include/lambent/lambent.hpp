@@ -54,7 +54,9 @@
 #include <lambent/denoise/bilateral_weights.hpp>
 #include <lambent/denoise/bilateral_window.hpp>
 #include <lambent/denoise/blend_with_input.hpp>
+#include <lambent/denoise/block_sums.hpp>
 #include <lambent/denoise/box_mean.hpp>
+#include <lambent/denoise/by_samples.hpp>
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/denoise/denoise_light.hpp>
@@ -67,7 +69,9 @@
 #include <lambent/denoise/footprint.hpp>
 #include <lambent/denoise/gaussian.hpp>
 #include <lambent/denoise/light_guides.hpp>
+#include <lambent/denoise/light_part.hpp>
 #include <lambent/denoise/light_regression.hpp>
+#include <lambent/denoise/light_steps.hpp>
 #include <lambent/denoise/pair_average.hpp>
 #include <lambent/denoise/phased_planes.hpp>
 #include <lambent/denoise/restore_energy.hpp>
@@ -82,6 +86,7 @@
 #include <lambent/film/pixel_sample.hpp>
 #include <lambent/film/pixel_view.hpp>
 #include <lambent/film/region.hpp>
+#include <lambent/film/window_of.hpp>
 #include <lambent/light/environment_light.hpp>
 #include <lambent/light/light_bounds.hpp>
 #include <lambent/light/light_sample.hpp>

@@ -19,20 +19,20 @@ class EnergyBlocks {
 public:
     static constexpr int side = 16; ///< of a square, in pixels
 
-    /// dim: in the sum of channels; what is much darker than that does not count by its own light
-    EnergyBlocks(int width, int height, double dim)
-        : across_((width + side - 1) / side), down_((height + side - 1) / side), dim_(dim),
+    EnergyBlocks(int width, int height)
+        : across_((width + side - 1) / side), down_((height + side - 1) / side),
           blocks_(std::size_t(across_) * std::size_t(down_)) {}
 
-    /// Takes a part of the image, whose first row and column are multiples of `side`, or ends there.
+    /// Takes a part of the image that begins at multiples of `side`.
+    /// dim  in the sum of channels: what is much darker does not count by its own light
     template <std::floating_point T>
-    void add(const PixelWindow& part, const PixelView<const T, 3>& image, const PixelView<const T, 3>& noisy) {
+    void add(const PixelWindow& part, const PixelView<const T, 3>& image, const PixelView<const T, 3>& noisy, double dim) {
         for (int y = 0; y < part.height(); ++y)
             for (int x = 0; x < part.width(); ++x) {
                 Block& b = at((part.x0 + x) / side, (part.y0 + y) / side);
                 const Vec3<double> has(image.load(x, y)), given(noisy.load(x, y));
                 const double light = std::max(0.0, has.x + has.y + has.z);
-                const double weight = dim_ > 0 ? dim_ / (dim_ + light) : 1;
+                const double weight = dim > 0 ? dim / (dim + light) : 1;
                 b.pixels += 1;
                 for (std::size_t c = 0; c < 3; ++c) {
                     b.relative[c].add(weight * has[int(c)], weight * given[int(c)]);
@@ -132,7 +132,6 @@ private:
     const Block& at(int i, int j) const { return blocks_[index(i, j)]; }
 
     int across_, down_;
-    double dim_;
     std::vector<Block> blocks_;
 };
 

@@ -22,8 +22,8 @@ void restore_energy(const PixelView<T, 3>& image, const PixelView<const T, 3>& n
             const Vec3<T> v = image.load(x, y);
             whole += std::max(0.0, double(v.x) + double(v.y) + double(v.z));
         }
-    detail::EnergyBlocks blocks(width, height, whole / (3.0 * width * height));
-    blocks.add<T>({0, 0, width, height}, image, noisy);
+    detail::EnergyBlocks blocks(width, height);
+    blocks.add<T>({0, 0, width, height}, image, noisy, whole / (3.0 * width * height));
     blocks.solve();
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) image.store(x, y, Vec3<T>(Vec3<double>(image.load(x, y)) * blocks.factor(x, y)));
