@@ -60,12 +60,15 @@
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/denoise/denoise_light.hpp>
+#include <lambent/denoise/denoise_options.hpp>
+#include <lambent/denoise/denoise_tiles.hpp>
 #include <lambent/denoise/denoised_error.hpp>
 #include <lambent/denoise/despike.hpp>
 #include <lambent/denoise/energy_blocks.hpp>
 #include <lambent/denoise/feature.hpp>
 #include <lambent/denoise/feature_noise.hpp>
 #include <lambent/denoise/features.hpp>
+#include <lambent/denoise/filter_steps.hpp>
 #include <lambent/denoise/footprint.hpp>
 #include <lambent/denoise/gaussian.hpp>
 #include <lambent/denoise/light_guides.hpp>
