@@ -7,6 +7,7 @@
 #include <lambent/denoise/denoise_tiles.hpp>
 #include <limits>
 #include <list>
+#include <vector>
 
 using namespace lambent;
 using lambent_test::LitWall;
@@ -90,39 +91,141 @@ double apart(const Plane<float, 3>& a, const Plane<float, 3>& b) {
     return worst;
 }
 
+/// Even light that is all noise, so that all taps count, without features to stop them; and columns that are not finite,
+/// so that what mends them is far away. No tile ends there.
+PixelData<float> even_frame(int width, int height, int spp) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    PixelData<float> frame = LitWall{.width = width, .height = height}.frame(spp, std::uint64_t(spp));
+    lambent_test::Random random{std::uint64_t(spp)};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const bool lost = x % 19 < 13 && y % 23 < 17;
+            const Vec3f light(float(random.uniform()), float(random.uniform()), float(random.uniform()));
+            frame.direct.view().store(x, y, lost ? Vec3f(nan) : light);
+            frame.indirect.view().store(x, y, lost ? Vec3f(nan) : light);
+            frame.radiance.view().store(x, y, lost ? Vec3f(nan) : light * 2.0f);
+            frame.root_direct.view().store(x, y, sqrt(light));
+            frame.root_indirect.view().store(x, y, sqrt(light));
+            for (auto* plane : {&frame.variance, &frame.root_direct_variance, &frame.root_indirect_variance})
+                plane->view().store(x, y, Vec3f(0.3f));
+        }
+    for (auto* plane : {&frame.albedo, &frame.normal, &frame.position, &frame.albedo_variance, &frame.normal_variance})
+        *plane = {};
+    frame.depth = frame.depth_variance = frame.material = {};
+    return frame;
+}
+
+/// Whole and in tiles, the same.
+void check(const PixelData<float>& frame, const char* method, const std::vector<TileSize>& sizes) {
+    SerialExecutor serial;
+    ThreadExecutor threads(2);
+    CAPTURE(method);
+    const DenoiseOptions options = denoise_options(method);
+    const Denoised<float> whole = denoise(frame, options, serial);
+    const bool rounded = options.form == BilateralForm::reuse_2d && whole.report.used == NoiseUse::filter;
+    for (const TileSize& size : sizes) {
+        CAPTURE(size.width);
+        Collected tiles(frame.width, frame.height);
+        const DenoiseReport report =
+            denoise_tiles<float>(frame.width, frame.height, size, Windows{frame}, tiles, options, threads);
+        if (rounded) CHECK(apart(tiles.radiance, whole.radiance) < 1e-5); // its taps are added in another order
+        else CHECK(same(tiles.radiance, whole.radiance));
+        if (whole.report.error) CHECK(same(tiles.error, whole.error));
+        CHECK(report.error == whole.report.error);
+        CHECK(report.used == whole.report.used);
+        CHECK(report.non_finite == whole.report.non_finite);
+        CHECK(report.spikes == whole.report.spikes);
+        CHECK(tiles.times.values() == std::vector<float>(tiles.times.values().size(), 1));
+    }
+}
+
 } // namespace
 
 TEST_CASE("denoise_tiles: every quality gives the whole frame's bits, with statistics and without, whatever the tiles' size") {
-    SerialExecutor serial;
-    ThreadExecutor threads(2);
-    constexpr int width = 227, height = 139;
-    for (const FilmPlanes planes : {FilmPlanes::statistics, FilmPlanes::features})
-        for (const int spp : {1, 4, 20}) {
-            const PixelData<float> frame = hard_frame(width, height, spp, planes);
-            for (const char* method : {"best", "balanced", "fast", "separable", "seed", "none"}) {
-                if (spp == 20 && method[0] == 's') continue;
-                CAPTURE(method);
-                CAPTURE(spp);
-                CAPTURE(planes == FilmPlanes::statistics);
-                const DenoiseOptions options = denoise_options(method);
-                const Denoised<float> whole = denoise(frame, options, serial);
-                // to rounding: its taps are added in another order
-                const bool rounded = options.form == BilateralForm::reuse_2d && whole.report.used == NoiseUse::filter;
-                for (const TileSize size : {TileSize{64, 16}, TileSize{100, 60}, TileSize{227, 41}, TileSize{}}) {
-                    CAPTURE(size.width);
-                    Windows windows{frame};
-                    Collected tiles(width, height);
-                    const DenoiseReport report =
-                        denoise_tiles<float>(width, height, size, windows, tiles, options, threads);
-                    if (rounded) CHECK(apart(tiles.radiance, whole.radiance) < 1e-5);
-                    else CHECK(same(tiles.radiance, whole.radiance));
-                    if (whole.report.error) CHECK(same(tiles.error, whole.error));
-                    CHECK(report.error == whole.report.error);
-                    CHECK(report.used == whole.report.used);
-                    CHECK(report.non_finite == whole.report.non_finite);
-                    CHECK(report.spikes == whole.report.spikes);
-                    CHECK(tiles.times.values() == std::vector<float>(std::size_t(width * height), 1));
-                }
-            }
+    for (const int spp : {1, 4, 20}) {
+        CAPTURE(spp);
+        std::vector<TileSize> sizes = {{100, 60}};
+        if (spp == 4) sizes = {{64, 16}, {227, 41}, {}};
+        const PixelData<float> frame = hard_frame(227, 139, spp);
+        for (const char* method : {"best", "balanced", "fast"}) check(frame, method, sizes);
+        if (spp != 20) continue;
+        const PixelData<float> plain = hard_frame(227, 139, spp, FilmPlanes::features);
+        for (const char* method : {"best", "fast", "separable", "seed", "none"}) check(plain, method, {{100, 60}, {}});
+    }
+}
+
+TEST_CASE("denoise_tiles: windows reach as far as pixels do") {
+    for (const int spp : {1, 3, 30}) {
+        CAPTURE(spp);
+        PixelData<float> frame = even_frame(200, 90, spp);
+        for (const char* method : {"best", "balanced", "fast"}) check(frame, method, {{64, 16}});
+        if (spp != 3) continue;
+        for (auto* plane : {&frame.root_direct, &frame.variance}) *plane = {};
+        for (const char* method : {"best", "separable_reuse", "seed"}) check(frame, method, {{64, 16}});
+    }
+}
+
+TEST_CASE("denoise_tiles: images of every size, smaller than what is around a tile too") {
+    for (const auto& [width, height] : {std::pair(1, 1), std::pair(5, 70), std::pair(130, 3), std::pair(65, 17)})
+        for (const char* method : {"best", "balanced", "fast", "separable"}) {
+            CAPTURE(width);
+            check(hard_frame(width, height, 4), method, {{64, 16}});
+            check(hard_frame(width, height, 4, FilmPlanes::features), method, {{64, 16}});
         }
+}
+
+TEST_CASE("denoise_tiles: a frame of doubles; a store of the caller's; what windows are asked for") {
+    const PixelData<double> frame = LitWall{.width = 150, .height = 100}.frame<double>(4, 2);
+    SerialExecutor serial;
+    struct Store {
+        MemoryStore<double> memory{150, 100};
+        int stored = 0, loaded = 0;
+        void store(const PixelWindow& w, const PixelView<const double, 4>& in) { memory.store(w, in), ++stored; }
+        void load(const PixelWindow& w, const PixelView<double, 4>& out) { memory.load(w, out), ++loaded; }
+    } store;
+    const Denoised<double> whole = denoise(frame, denoise_options("best"), serial);
+    int different = 0, outside = 0, largest = 0;
+    denoise_tiles<double>(150, 100, {64, 32}, [&](const PixelWindow& window) {
+        outside += !window.inside(150, 100);
+        largest = std::max(largest, window.height());
+        return window_of(frame.view(), window);
+    }, [&](const PixelWindow& tile, const PixelView<const double, 3>& radiance, const PixelView<const double, 3>& error) {
+        for (int y = 0; y < tile.height(); ++y)
+            for (int x = 0; x < tile.width(); ++x) {
+                different += radiance.load(x, y) != whole.radiance.load(tile.x0 + x, tile.y0 + y);
+                different += error.load(x, y) != whole.error.load(tile.x0 + x, tile.y0 + y);
+            }
+    }, denoise_options("best"), serial, store);
+    CHECK(different == 0);
+    CHECK(outside == 0);
+    CHECK(largest == 32 + 32 + 28); // 28 pixels, above up to the next multiple of 16
+    CHECK(store.stored == 12);
+    CHECK(store.loaded == 12);
+}
+
+TEST_CASE("denoise_tiles: what is wrong is said") {
+    const PixelData<float> frame = hard_frame(70, 40, 4);
+    SerialExecutor serial;
+    Collected tiles(70, 40);
+    const auto run = [&](int width, int height, const TileSize& size, auto&& planes, const char* method = "best") {
+        denoise_tiles<float>(width, height, size, planes, tiles, denoise_options(method), serial);
+    };
+    const auto planes = [&](const PixelWindow& w) { return window_of(frame.view(), w); };
+    CHECK_THROWS_WITH_AS(run(0, 40, {}, planes), "denoise_tiles: an image of 0 x 40 in tiles of 512 x 512", Error);
+    CHECK_THROWS_AS(run(70, 40, {64, 0}, planes), Error);
+    CHECK_THROWS_AS(run(71, 40, {}, planes), Error); // window_of()
+    CHECK_THROWS_WITH_AS(run(70, 40, {64, 16}, [&](const PixelWindow&) { return frame.view(); }),
+                         "denoise_tiles: a plane of 70 x 40 for a window of 64 x 16", Error);
+    CHECK_THROWS_WITH_AS(run(70, 40, {}, [](const PixelWindow&) { return FrameView<float>(); }),
+                         "denoise_tiles: the frame has no radiance plane", Error);
+    int calls = 0;
+    const auto sometimes = [&](const PixelWindow& w) {
+        FrameView<float> view = planes(w);
+        if (++calls > 2) view.variance = {};
+        return view;
+    };
+    CHECK_THROWS_WITH_AS(run(70, 40, {64, 16}, sometimes), "denoise_tiles: a window has no statistics of its samples", Error);
+    calls = 0;
+    CHECK_THROWS_WITH_AS(run(70, 40, {64, 16}, sometimes, "fast"), "denoise_tiles: a window has no variances or samples", Error);
+    CHECK(tiles.times.values() == std::vector<float>(70 * 40, 0)); // nothing came out
 }
