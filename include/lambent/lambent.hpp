@@ -75,6 +75,7 @@
 #include <lambent/denoise/light_part.hpp>
 #include <lambent/denoise/light_regression.hpp>
 #include <lambent/denoise/light_steps.hpp>
+#include <lambent/denoise/lit_blocks.hpp>
 #include <lambent/denoise/pair_average.hpp>
 #include <lambent/denoise/phased_planes.hpp>
 #include <lambent/denoise/restore_energy.hpp>

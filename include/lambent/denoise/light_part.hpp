@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <utility>
+#include <vector>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -19,36 +20,39 @@ namespace detail {
 /// and `deviations` of theirs. 1 where its own deviation sigma(x, y) says that it is no accident.
 template <class T, class Sigma, class E>
 Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviations, Sigma&& sigma, E& executor) {
+    constexpr int reach = 2;
     const int width = light.width(), height = light.height();
-    Plane<T, 1> factors(width, height, T(1)), bright(width, height);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const Vec3<T> v = light.load(x, y);
-            bright.view().store(x, y, v.x + v.y + v.z);
-        }
+    Plane<T, 1> factors(width, height, T(1));
     executor.parallel_for(std::size_t(height), 16, [&](std::size_t begin, std::size_t end) {
-        for (int y = int(begin); y < int(end); ++y)
+        // Sums of columns over the rows around, with and without the row itself, of the light and of its square: so the
+        // neighbours' are never a difference of what the pixel itself has.
+        const std::size_t size = std::size_t(width + 2 * reach);
+        std::vector<double> here(size), all(size), squares(size), others(size), others2(size);
+        for (int y = int(begin); y < int(end); ++y) {
+            const int y0 = std::max(0, y - reach), y1 = std::min(height, y + reach + 1);
+            for (auto* sums : {&all, &squares, &others, &others2}) std::fill(sums->begin(), sums->end(), 0.0);
+            for (int v = y0; v < y1; ++v)
+                for (int x = 0; x < width; ++x) {
+                    const Vec3<T> value = light.load(x, v);
+                    const double b = double(value.x + value.y + value.z), part = v == y ? 0 : b;
+                    const std::size_t i = std::size_t(x + reach);
+                    all[i] += b, squares[i] += b * b, others[i] += part, others2[i] += part * part;
+                    here[i] = v == y ? b : here[i];
+                }
             for (int x = 0; x < width; ++x) {
-                const int x0 = std::max(0, x - 2), x1 = std::min(width, x + 3);
-                const int y0 = std::max(0, y - 2), y1 = std::min(height, y + 3);
-                const auto over_neighbours = [&](auto&& f) {
-                    double sum = 0;
-                    for (int v = y0; v < y1; ++v)
-                        for (int u = x0; u < x1; ++u)
-                            if (u != x || v != y) sum += f(double(bright.load(u, v)));
-                    return sum;
-                };
-                const double here = double(bright.load(x, y)), count = double((x1 - x0) * (y1 - y0) - 1);
-                if (count < 1) continue;
-                const double mean = over_neighbours([](double b) { return b; }) / count;
-                if (!(here > mean)) continue;
-                const double squares = over_neighbours([&](double b) { return (b - mean) * (b - mean); });
-                double limit = mean + deviations * std::sqrt(squares / count);
-                if (!(here > limit)) continue;
+                const std::size_t i = std::size_t(x + reach);
+                const int x0 = std::max(0, x - reach), x1 = std::min(width, x + reach + 1);
+                const double count = double((x1 - x0) * (y1 - y0) - 1), b = here[i];
+                const double mean = (all[i - 2] + all[i - 1] + others[i] + all[i + 1] + all[i + 2]) / count;
+                if (!(b > mean)) continue; // without neighbours too
+                const double square = (squares[i - 2] + squares[i - 1] + others2[i] + squares[i + 1] + squares[i + 2]) / count;
+                double limit = mean + deviations * std::sqrt(std::max(0.0, square - mean * mean));
+                if (!(b > limit)) continue;
                 const double own = sigma(x, y);
-                if (own > 0) limit += (here - limit) * std::clamp(((here - limit) / own - 1) / 2, 0.0, 1.0);
-                factors.view().store(x, y, T(limit / here));
+                if (own > 0) limit += (b - limit) * std::clamp(((b - limit) / own - 1) / 2, 0.0, 1.0);
+                factors.view().store(x, y, T(limit / b));
             }
+        }
     });
     return factors;
 }
@@ -108,17 +112,14 @@ struct ClampedPart {
     /// with one sample, as the variance of 3 x 3.
     static constexpr int reach = 1 + std::max(2 + repair_reach, spread_reach);
 
-    Plane<T, 3> given;    ///< as it came, but finite
+    Plane<T, 3> light;
     Plane<T, 1> factors;  ///< of the clamp, in [0, 1]
     Plane<T, 1> variance; ///< of the clamped root, summed over channels, as it is for evenly spread samples
 
     template <class E>
-    ClampedPart(const FrameView<T>& frame, const LightPart<T>& part, double samples, E& executor)
-        : given(part.light.width(), part.light.height()), variance(given.width(), given.height()) {
-        const int width = given.width(), height = given.height();
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x) given.view().store(x, y, part.light.load(x, y));
-        repair_non_finite(given.view(), repair_reach);
+    ClampedPart(const FrameView<T>& frame, const LightPart<T>& part, Plane<T, 3> given, double samples, E& executor)
+        : light(std::move(given)), variance(light.width(), light.height()) {
+        const int width = light.width(), height = light.height();
         // Sobol's points err less than their sample variance says, the more so the more there are. Without halves that
         // would tell: by how much on the scenes that parameters were chosen with. Halves of few samples tell too little.
         const bool halves = samples >= 8 && !part.root_halves.absent();
@@ -130,29 +131,42 @@ struct ClampedPart {
             const double s = std::sqrt(double(v.x)) + std::sqrt(double(v.y)) + std::sqrt(double(v.z));
             return is_finite(s) ? s * std::sqrt(double(spread.load(x, y))) : 0.0;
         };
-        factors = outlier_factors<T>(std::as_const(given).view(), part.direct || samples < 16 ? 2 : 1, deviation, executor);
+        factors = outlier_factors<T>(std::as_const(light).view(), part.direct || samples < 16 ? 2 : 1, deviation, executor);
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
                 const Vec3<T> v = part.root_variance.load(x, y);
-                const T sum = std::min(T(1), scale * spread.load(x, y)) * (v.x + v.y + v.z) * factors.load(x, y);
+                const T factor = factors.load(x, y);
+                const T sum = std::min(T(1), scale * spread.load(x, y)) * (v.x + v.y + v.z) * factor;
                 variance.view().store(x, y, is_finite(sum) ? sum : T(0));
+                light.view().store(x, y, light.load(x, y) * factor);
             }
-        if (samples < 2) spatial_variance<T>(root(part).view(), variance.view());
+        if (samples < 2) {
+            const Plane<T, 3> clamped = root(part);
+            spatial_variance<T>(clamped.view(), variance.view());
+        }
     }
 
-    Vec3<T> light(int x, int y) const { return given.load(x, y) * factors.load(x, y); }
-
     Plane<T, 3> root(const LightPart<T>& part) const {
-        Plane<T, 3> root(given.width(), given.height());
-        for (int y = 0; y < given.height(); ++y)
-            for (int x = 0; x < given.width(); ++x) {
+        Plane<T, 3> root(light.width(), light.height());
+        for (int y = 0; y < light.height(); ++y)
+            for (int x = 0; x < light.width(); ++x) {
                 const Vec3<T> r = part.root.load(x, y);
                 root.view().store(x, y, is_finite(r) ? r * std::sqrt(factors.load(x, y))
-                                                     : sqrt(max(light(x, y), Vec3<T>(0))));
+                                                     : sqrt(max(light.load(x, y), Vec3<T>(0))));
             }
         return root;
     }
 };
+
+/// A copy of light in which what is not finite is repaired.
+template <class T>
+Plane<T, 3> repaired(const PixelView<const T, 3>& light) {
+    Plane<T, 3> copy(light.width(), light.height());
+    for (int y = 0; y < light.height(); ++y)
+        for (int x = 0; x < light.width(); ++x) copy.view().store(x, y, light.load(x, y));
+    repair_non_finite(copy.view(), ClampedPart<T>::repair_reach);
+    return copy;
+}
 
 } // namespace detail
 } // namespace LAMBENT_ABI

@@ -88,59 +88,75 @@ public:
     template <Executor E>
     void clamp(const PixelWindow& tile, const FrameView<T>& planes, E& executor) {
         const PixelWindow inside = tile.seen_from(around(tile));
-        const auto each = [&](auto&& f) {
+        const auto add = [&](Sum which, const Plane<T, 3>& light, const PixelWindow& at) {
             for (int y = 0; y < tile.height(); ++y)
-                for (int x = 0; x < tile.width(); ++x) f(x, y, inside.x0 + x, inside.y0 + y);
+                for (int x = 0; x < tile.width(); ++x) {
+                    const Vec3<T> v = light.load(at.x0 + x, at.y0 + y);
+                    sums_.add(tile.x0 + x, tile.y0 + y, which, double(v.x) + double(v.y) + double(v.z));
+                }
         };
         for (const bool direct : {true, false}) {
-            const ClampedPart<T> part(planes, LightPart<T>(planes, direct), mean_samples(), executor);
-            each([&](int x, int y, int u, int v) {
-                const Vec3<T> light = part.light(u, v);
-                sums_.add(tile.x0 + x, tile.y0 + y, direct ? direct_light : indirect_light,
-                          double(light.x) + double(light.y) + double(light.z));
-                sums_.add(tile.x0 + x, tile.y0 + y, direct ? direct_noise : indirect_noise, double(part.variance.load(u, v)));
-                report_.spikes += part.factors.load(u, v) < 1;
-            });
+            const LightPart<T> source(planes, direct);
+            const ClampedPart<T> part(planes, source, repaired(source.light), mean_samples(), executor);
+            add(direct ? direct_light : indirect_light, part.light, inside);
+            for (int y = 0; y < tile.height(); ++y)
+                for (int x = 0; x < tile.width(); ++x) {
+                    const int u = inside.x0 + x, v = inside.y0 + y;
+                    sums_.add(tile.x0 + x, tile.y0 + y, direct ? direct_noise : indirect_noise, double(part.variance.load(u, v)));
+                    report_.spikes += part.factors.load(u, v) < 1;
+                }
         }
-        const Plane<T, 3> seen = seen_lights(window_of(planes, inside.grown(ClampedPart<T>::repair_reach, around(tile).width(), around(tile).height())));
-        const PixelWindow in_seen = inside.seen_from(inside.grown(ClampedPart<T>::repair_reach, around(tile).width(), around(tile).height()));
-        each([&](int x, int y, int, int) {
-            const Vec3<T> light = seen.load(in_seen.x0 + x, in_seen.y0 + y);
-            sums_.add(tile.x0 + x, tile.y0 + y, seen_light, double(light.x) + double(light.y) + double(light.z));
-        });
+        const PixelWindow seen = inside.grown(ClampedPart<T>::repair_reach, planes.radiance.width(), planes.radiance.height());
+        add(seen_light, seen_lights(window_of(planes, seen)), inside.seen_from(seen));
     }
 
     /// Writes the tile's light and its own share in it, which finish() takes.
     template <Executor E>
     void fit(const PixelWindow& tile, const FrameView<T>& planes, const PixelView<T, 4>& kept, E& executor) {
-        const PixelWindow window = around(tile), inside = tile.seen_from(window);
-        const int width = window.width(), height = window.height();
+        const int width = planes.radiance.width(), height = planes.radiance.height();
+        const PixelWindow inside = tile.seen_from(around(tile));
         const PixelWindow part = inside.grown(blend_reach, width, height); // what is blended with
-        Plane<T, 3> result(width, height), given(width, height);          // given: the input, finite
-        Plane<T, 1> own(width, height), noise(width, height);
-        const auto each = [&](auto&& f) {
-            for (int y = part.y0; y < part.y1; ++y)
-                for (int x = part.x0; x < part.x1; ++x) f(x, y);
+        const PixelWindow in_part = inside.seen_from(part);
+        const auto in_tile = [&](auto&& f) {
+            for (int y = 0; y < tile.height(); ++y)
+                for (int x = 0; x < tile.width(); ++x) f(x, y);
         };
+        // Until the end `kept` has the input, made finite, and its noise.
+        in_tile([&](int x, int y) { kept.store(x, y, Vec4<T>(0)); });
+        const auto give = [&](const Plane<T, 3>& light, const PixelWindow& at) {
+            in_tile([&](int x, int y) {
+                kept.store(x, y, kept.load(x, y) + Vec4<T>(light.load(at.x0 + x, at.y0 + y), 0));
+            });
+        };
+        Plane<T, 3> result(part.width(), part.height());
+        Plane<T, 1> own(part.width(), part.height());
         {
             const LightRegression<T> models = regression(planes, executor);
-            for (const bool direct : {true, false}) fit_part(planes, direct, models, part, result, given, own, noise, executor);
-        }
-        const Plane<T, 3> seen = seen_lights(planes);
-        each([&](int x, int y) {
-            result.view().store(x, y, result.load(x, y) + seen.load(x, y));
-            given.view().store(x, y, given.load(x, y) + seen.load(x, y));
-        });
-        blend_with_input<T>(window_of(result.view(), part), window_of(planes.radiance, part), window_of(planes.variance, part),
-                            mean_samples(), executor, mean_light());
-        const auto in_tile = [&](auto& plane) { return window_of(std::as_const(plane).view(), inside); };
-        energy_.template add<T>(tile, in_tile(result), in_tile(given), mean_light() / 3);
-        for (int y = 0; y < tile.height(); ++y)
-            for (int x = 0; x < tile.width(); ++x) {
-                const T all = in_tile(noise).load(x, y);
-                const T share = all > 0 ? std::min(T(1), in_tile(own).load(x, y) / all) : T(0);
-                kept.store(x, y, Vec4<T>(in_tile(result).load(x, y), share));
+            for (const bool direct : {true, false}) {
+                const LightPart<T> source(planes, direct);
+                Plane<T, 3> light = repaired(source.light);
+                give(light, inside);
+                in_tile([&](int x, int y) {
+                    kept.store(x, y, kept.load(x, y) + Vec4<T>(0, 0, 0, source.noise(inside.x0 + x, inside.y0 + y)));
+                });
+                fit_part(planes, source, models, std::move(light), part, result, own, executor);
             }
+        }
+        const PixelWindow wide = part.grown(ClampedPart<T>::repair_reach, width, height), in_wide = part.seen_from(wide);
+        const Plane<T, 3> seen = seen_lights(window_of(planes, wide));
+        give(seen, inside.seen_from(wide));
+        for (int y = 0; y < part.height(); ++y)
+            for (int x = 0; x < part.width(); ++x)
+                result.view().store(x, y, result.load(x, y) + seen.load(in_wide.x0 + x, in_wide.y0 + y));
+        blend_with_input<T>(result.view(), window_of(planes.radiance, part), window_of(planes.variance, part),
+                            mean_samples(), executor, mean_light());
+        const PixelView<const T, 3> given(kept.data(), kept.width(), kept.height(), kept.strides());
+        energy_.template add<T>(tile, window_of(std::as_const(result).view(), in_part), given, mean_light() / 3);
+        in_tile([&](int x, int y) {
+            const int u = in_part.x0 + x, v = in_part.y0 + y;
+            const T noise = kept.load(x, y).w, share = noise > 0 ? std::min(T(1), own.load(u, v) / noise) : T(0);
+            kept.store(x, y, Vec4<T>(result.load(u, v), share));
+        });
     }
 
     /// After fit() of all tiles.
@@ -196,37 +212,31 @@ private:
         return models;
     }
 
-    /// Adds direct or indirect light, its own share of the noise, and what there was before.
+    /// Adds direct or indirect light, and its own share of the noise, to those of the part of the window.
     template <class E>
-    void fit_part(const FrameView<T>& planes, bool direct, const LightRegression<T>& models, const PixelWindow& part,
-                  Plane<T, 3>& result, Plane<T, 3>& given, Plane<T, 1>& own, Plane<T, 1>& noise, E& executor) const {
-        const int width = result.width(), height = result.height();
-        const LightPart<T> source(planes, direct);
-        Plane<T, 3> light(width, height);
-        Plane<T, 1> share(width, height, T(1));
-        const double mean_noise = per_pixel(sums_.total(direct ? direct_noise : indirect_noise));
-        {
-            ClampedPart<T> clamped(planes, source, mean_samples(), executor);
-            for (int y = 0; y < height; ++y)
-                for (int x = 0; x < width; ++x) {
-                    light.view().store(x, y, clamped.light(x, y));
-                    given.view().store(x, y, given.load(x, y) + clamped.given.load(x, y));
-                }
-            if (mean_noise > 0) {
-                for (T& v : clamped.variance.values()) v += T(1e-4 * mean_noise);
+    void fit_part(const FrameView<T>& planes, const LightPart<T>& source, const LightRegression<T>& models,
+                  Plane<T, 3> given, const PixelWindow& part, Plane<T, 3>& result, Plane<T, 1>& own, E& executor) const {
+        const int width = given.width(), height = given.height();
+        ClampedPart<T> clamped(planes, source, std::move(given), mean_samples(), executor);
+        Plane<T, 1> share;
+        if (const double noise = per_pixel(sums_.total(source.direct ? direct_noise : indirect_noise)); noise > 0) {
+            for (T& v : clamped.variance.values()) v += T(1e-4 * noise);
+            const auto load = [&] {
                 const Plane<T, 3> root = clamped.root(source);
-                models.run({std::as_const(light).view(), root.view(), std::as_const(clamped.variance).view(),
-                            test_softness(direct, mean_samples()),
-                            per_pixel(sums_.total(direct ? direct_light : indirect_light))},
-                           light.view(), executor, share.view(), part);
-            }
+                return models.load({std::as_const(clamped.light).view(), root.view(), std::as_const(clamped.variance).view(),
+                                    test_softness(source.direct, mean_samples()),
+                                    per_pixel(sums_.total(source.direct ? direct_light : indirect_light))});
+            };
+            const auto light = load();
+            clamped.factors = clamped.variance = {};
+            share.allocate(width, height, T(1));
+            models.run(light, clamped.light.view(), executor, share.view(), part);
         }
-        for (int y = part.y0; y < part.y1; ++y)
-            for (int x = part.x0; x < part.x1; ++x) {
-                const T here = source.noise(x, y);
-                result.view().store(x, y, result.load(x, y) + light.load(x, y));
-                own.view().store(x, y, own.load(x, y) + share.load(x, y) * here);
-                noise.view().store(x, y, noise.load(x, y) + here);
+        for (int y = 0; y < part.height(); ++y)
+            for (int x = 0; x < part.width(); ++x) {
+                const int u = part.x0 + x, v = part.y0 + y;
+                result.view().store(x, y, result.load(x, y) + clamped.light.load(u, v));
+                own.view().store(x, y, own.load(x, y) + (share.absent() ? T(1) : share.load(u, v)) * source.noise(u, v));
             }
     }
 
