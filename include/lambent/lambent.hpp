@@ -59,6 +59,7 @@
 #include <lambent/denoise/by_samples.hpp>
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/denoise/denoise.hpp>
+#include <lambent/denoise/denoise_half.hpp>
 #include <lambent/denoise/denoise_light.hpp>
 #include <lambent/denoise/denoise_options.hpp>
 #include <lambent/denoise/denoise_tiles.hpp>
@@ -85,6 +86,7 @@
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/film/film.hpp>
 #include <lambent/film/film_planes.hpp>
+#include <lambent/film/half.hpp>
 #include <lambent/film/metrics.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <lambent/film/pixel_sample.hpp>

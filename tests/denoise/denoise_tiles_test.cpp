@@ -24,14 +24,15 @@ struct Windows {
         memory.clear();
         largest = std::max(largest, std::size_t(window.width()) * std::size_t(window.height()));
         FrameView<float> view = window_of(frame.view(), window);
-        for_each_plane(view, [&]<int C>(PixelView<const float, C>& plane) {
+        const auto copy_of = [&]<int C>(PixelView<const float, C>& plane) {
             if (plane.absent()) return;
             std::vector<float>& copy = memory.emplace_back();
             for (int y = 0; y < window.height(); ++y)
                 for (int x = 0; x < window.width(); ++x)
                     for (int c = 0; c < C; ++c) copy.push_back(plane.pixel(x, y)[c]);
             plane = PixelView<const float, C>(copy.data(), window.width(), window.height());
-        });
+        };
+        for_each_plane(copy_of, view);
         return view;
     }
 };

@@ -85,13 +85,14 @@ DenoiseReport denoise_tiles(int width, int height, const TileSize& size, Frame&&
         detail::tiles_of(width, height, up(size.width, Light::tile_x, width), up(size.height, Light::tile_y, height));
     const auto planes = [&](const PixelWindow& window) {
         const FrameView<T> view = frame(window);
-        for_each_plane(view, [&](const auto& plane) {
+        const auto check = [&](const auto& plane) {
             require(plane.absent() || (plane.width() == window.width() && plane.height() == window.height()), [&] {
                 return "denoise_tiles: a plane of " + std::to_string(plane.width()) + " x " +
                        std::to_string(plane.height()) + " for a window of " + std::to_string(window.width()) + " x " +
                        std::to_string(window.height());
             });
-        });
+        };
+        for_each_plane(check, view);
         require(!view.radiance.absent(), "denoise_tiles: the frame has no radiance plane");
         return view;
     };

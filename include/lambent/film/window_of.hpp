@@ -7,15 +7,16 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
-/// Calls f with each plane of a frame, a reference to its view; absent ones too.
-template <class Frame, class F> // FrameView<T>, const or not
-void for_each_plane(Frame& frame, F&& f) {
-    f(frame.radiance), f(frame.emission), f(frame.albedo), f(frame.normal), f(frame.position), f(frame.variance);
-    f(frame.depth), f(frame.material), f(frame.samples);
-    f(frame.direct), f(frame.indirect), f(frame.root_direct), f(frame.root_direct_variance);
-    f(frame.root_indirect), f(frame.root_indirect_variance);
-    f(frame.albedo_variance), f(frame.normal_variance), f(frame.depth_variance);
-    f(frame.halves), f(frame.root_direct_halves), f(frame.root_indirect_halves);
+/// Calls f with each plane of a frame, absent ones too, and the same one of each other: references to their views.
+template <class F, class... Frames> // FrameView<T>, const or not
+void for_each_plane(F&& f, Frames&... frames) {
+    f(frames.radiance...), f(frames.emission...), f(frames.albedo...), f(frames.normal...), f(frames.position...);
+    f(frames.variance...), f(frames.depth...), f(frames.material...), f(frames.samples...);
+    f(frames.direct...), f(frames.indirect...);
+    f(frames.root_direct...), f(frames.root_direct_variance...);
+    f(frames.root_indirect...), f(frames.root_indirect_variance...);
+    f(frames.albedo_variance...), f(frames.normal_variance...), f(frames.depth_variance...);
+    f(frames.halves...), f(frames.root_direct_halves...), f(frames.root_indirect_halves...);
 }
 
 /// A window of a view, where it lies; absent stays absent.
@@ -30,7 +31,7 @@ PixelView<T, C> window_of(const PixelView<T, C>& view, const PixelWindow& window
 /// A window of all planes of a frame.
 template <class T>
 FrameView<T> window_of(FrameView<T> frame, const PixelWindow& window) {
-    for_each_plane(frame, [&](auto& plane) { plane = window_of(plane, window); });
+    for_each_plane([&](auto& plane) { plane = window_of(plane, window); }, frame);
     return frame;
 }
 
