@@ -17,7 +17,9 @@ inline namespace LAMBENT_ABI {
 namespace detail {
 
 /// How far a pixel outshines its 5 x 5 neighbours in the sum of the channels: the factor that brings it to their mean
-/// and `deviations` of theirs. 1 where its own deviation sigma(x, y) says that it is no accident.
+/// and `deviations` of theirs. Light that is its own deviation sigma(x, y), or less than twice that, may have come by
+/// accident: k samples that are all there is to a pixel have a mean of √k deviations. From four times that on, which is
+/// 16 samples, it has not, and the factor is 1.
 template <class T, class Sigma, class E>
 Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviations, Sigma&& sigma, E& executor) {
     constexpr int reach = 2;
@@ -49,7 +51,7 @@ Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviation
                 double limit = mean + deviations * std::sqrt(std::max(0.0, square - mean * mean));
                 if (!(b > limit)) continue;
                 const double own = sigma(x, y);
-                if (own > 0) limit += (b - limit) * std::clamp(((b - limit) / own - 1) / 2, 0.0, 1.0);
+                if (own > 0) limit += (b - limit) * std::clamp((b / own - 2) / 2, 0.0, 1.0);
                 factors.view().store(x, y, T(limit / b));
             }
         }
