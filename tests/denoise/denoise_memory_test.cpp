@@ -87,7 +87,8 @@ TEST_CASE("denoise_tiles: memory goes with the tile, and 2 bytes a pixel of the 
     const auto measured = [&](int width, int height, const char* method) {
         const PixelData<float> frame = lambent_test::LitWall{.width = width, .height = height}.frame(2, 1);
         return lambent_test::memory_of([&] {
-            denoise_tiles<float>(width, height, {128, 64}, [&](const PixelWindow& w) { return window_of(frame.view(), w); },
+            const auto planes = [&](const PixelWindow& w) { return window_of(frame.view(), w); };
+            denoise_tiles<float>(width, height, {128, 64}, planes,
                                  [](const PixelWindow&, const auto&, const auto&) {}, denoise_options(method), serial,
                                  Nowhere{});
         });

@@ -43,7 +43,8 @@ struct Collected {
     Plane<float, 1> times;
 
     Collected(int width, int height) : radiance(width, height), error(width, height), times(width, height) {}
-    void operator()(const PixelWindow& tile, const PixelView<const float, 3>& light, const PixelView<const float, 3>& e) {
+    void operator()(const PixelWindow& tile, const PixelView<const float, 3>& light,
+                    const PixelView<const float, 3>& e) {
         for (int y = 0; y < tile.height(); ++y)
             for (int x = 0; x < tile.width(); ++x) {
                 const int u = tile.x0 + x, v = tile.y0 + y;
@@ -88,7 +89,8 @@ double apart(const Plane<float, 3>& a, const Plane<float, 3>& b) {
     double mean = 0, worst = 0;
     for (const float v : b.values()) mean += std::abs(double(v)) / double(b.values().size());
     for (std::size_t i = 0; i < a.values().size(); ++i)
-        worst = std::max(worst, std::abs(double(a.values()[i]) - double(b.values()[i])) / (std::abs(double(b.values()[i])) + mean));
+        worst = std::max(worst, std::abs(double(a.values()[i]) - double(b.values()[i])) /
+                                    (std::abs(double(b.values()[i])) + mean));
     return worst;
 }
 
@@ -142,7 +144,7 @@ void check(const PixelData<float>& frame, const char* method, const std::vector<
 
 } // namespace
 
-TEST_CASE("denoise_tiles: every quality gives the whole frame's bits, with statistics and without, whatever the tiles' size") {
+TEST_CASE("denoise_tiles: every quality gives the whole frame's bits, with statistics and without, in tiles of any size") {
     for (const int spp : {1, 4, 20}) {
         CAPTURE(spp);
         std::vector<TileSize> sizes = {{100, 60}};
@@ -225,8 +227,10 @@ TEST_CASE("denoise_tiles: what is wrong is said") {
         if (++calls > 2) view.variance = {};
         return view;
     };
-    CHECK_THROWS_WITH_AS(run(70, 40, {64, 16}, sometimes), "denoise_tiles: a window has no statistics of its samples", Error);
+    CHECK_THROWS_WITH_AS(run(70, 40, {64, 16}, sometimes), "denoise_tiles: a window has no statistics of its samples",
+                         Error);
     calls = 0;
-    CHECK_THROWS_WITH_AS(run(70, 40, {64, 16}, sometimes, "fast"), "denoise_tiles: a window has no variances or samples", Error);
+    CHECK_THROWS_WITH_AS(run(70, 40, {64, 16}, sometimes, "fast"),
+                         "denoise_tiles: a window has no variances or samples", Error);
     CHECK(tiles.times.values() == std::vector<float>(70 * 40, 0)); // nothing came out
 }

@@ -77,7 +77,8 @@ TEST_CASE("ClampedPart: one sample's light is cut, that of many is not; samples 
         frame.root_direct_halves.allocate(side, side, 0.03f * spread); // of three channels
         for (int y = 0; y < side; ++y)
             for (int x = 0; x < side; ++x) frame.direct.view().store(x, y, Vec3f(float(random.uniform())));
-        const double mean = 30, variance = mean * mean / bright * (1 - bright / double(samples)); // of equal bright samples
+        // of equal bright samples
+        const double mean = 30, variance = mean * mean / bright * (1 - bright / double(samples));
         frame.direct.view().store(15, 15, Vec3f(float(mean)));
         frame.variance.view().store(15, 15, Vec3f(float(variance)));
         const FrameView<float> view = frame.view();

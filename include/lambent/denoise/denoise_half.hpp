@@ -39,8 +39,8 @@ private:
 } // namespace detail
 
 /// denoise() of a frame whose planes are 16-bit floats, into 16-bit floats: what the same numbers in float give, rounded.
-/// Halves end at 65504 and have steps of a thousandth: moments of bright light, positions and counts of samples beyond 2048
-/// are better kept in float. `out` may be the frame's radiance. `error` as in denoise().
+/// Halves end at 65504 and have steps of a thousandth: moments of bright light, positions and counts of samples beyond
+/// 2048 are better kept in float. `out` may be the frame's radiance. `error` as in denoise().
 /// threads the same bits for any executor
 /// throws  lambent::Error as denoise(), before anything is written
 /// memory  six bytes a pixel, and planes of a tile of 512 x 512 as floats

@@ -37,12 +37,13 @@ inline std::vector<PixelWindow> tiles_of(int width, int height, int tile_width, 
 /// blending took is given back. `out` may be the frame's radiance. Consistent: with the samples' noise the error goes
 /// to 0, unlike that of filters whose windows are fixed. `error`, where there is one, gets denoised_error().
 /// samples their mean number in a pixel chooses the parameters
-/// nan     light that is not finite, or beyond 7e16 in float, is repaired from its neighbours up to 8 pixels away; features and variances
-///         that are not, negative, or as far beyond count as 0
+/// nan     light that is not finite, or beyond 7e16 in float, is repaired from its neighbours up to 8 pixels away;
+///         features and variances that are not, negative, or as far beyond count as 0
 /// threads the same bits for any executor
 /// throws  lambent::Error when planes are absent or of unequal size, before anything is written
-/// cost    2 · (2 · radius + 1)² / stride² taps of about 110 operations a pixel; by count 198 bytes a pixel of 256 x 144,
-///         167 of 640 x 360, and less the larger a frame: parts of half a million pixels are done one after the other
+/// cost    2 · (2 · radius + 1)² / stride² taps of about 110 operations a pixel; by count 198 bytes a pixel of
+///         256 x 144, 166 of 640 x 360, and less the larger a frame: parts of half a million pixels are done one after
+///         the other
 template <std::floating_point T, Executor E>
 LightDenoiseReport denoise_light(const FrameView<T>& input, const std::type_identity_t<PixelView<T, 3>>& out,
                                  const LightDenoiseOptions& options, E& executor,

@@ -59,17 +59,17 @@ struct TileSize {
 };
 
 /// denoise() of an image that does not fit into memory, tile by tile, to the same bits; filters over whole windows
-/// (BilateralForm::naive_2d and reuse_2d) add up their taps in another order: to 1e-5. Planes are asked for by windows: the
-/// tile, and as far around it as its pixels depend on (28 pixels for `best` and `balanced`, up to the next tile of
-/// 64 x 16; 83 for `fast` with less than 16 samples, 50 for the filter of 33 taps), as far as the image goes.
+/// (BilateralForm::naive_2d and reuse_2d) add up their taps in another order: to 1e-5. Planes are asked for by windows:
+/// the tile, and as far around it as its pixels depend on (28 pixels for `best` and `balanced`, and up to the next tile
+/// of 64 x 16; 84 for `fast` with one sample; 50 for the filter of 33 taps), as far as the image goes.
 ///   denoise_tiles<float>(width, height, {}, [&](const PixelWindow& w) { return planes_from_file(w); },
 ///       [&](const PixelWindow& w, const auto& radiance, const auto& error) { write(w, radiance); }, options, threads);
 /// frame    is asked for each tile up to four times, first of the tiles alone: what one pixel is depends on the mean
 ///          number of samples, light and noise of all. Planes of statistics have to be there everywhere, or nowhere
-/// result   comes when all else is done; the frame may be overwritten where no window is to be read any more: two rows of
-///          tiles back
+/// result   comes when windows are read for the last time; they overlap, so it must not go where they come from
 /// store    keeps four numbers a pixel of images that have statistics; by default in memory
-/// memory   for `best` some 300 bytes a pixel of a tile with what is around it, and one to two a pixel of the image
+/// memory   for `best` some 200 bytes a pixel of a tile with what is around it (22 MB for 256 x 256), and 1.5 a pixel of
+///          the image
 /// threads  the same bits for any executor
 /// throws   lambent::Error as denoise(), and when planes have another size than the window
 template <std::floating_point T, TileSource<T> Frame, TileSink<T> Result, TileStore<T> Store, Executor E>
@@ -132,7 +132,8 @@ DenoiseReport denoise_tiles(int width, int height, const TileSize& size, Frame&&
     const auto usable = [&](const PixelWindow& window, auto&& use) {
         const FrameView<T> view = planes(window);
         if (!by_atrous) return use(view);
-        require(!view.variance.absent() && !view.samples.absent(), "denoise_tiles: a window has no variances or samples");
+        require(!view.variance.absent() && !view.samples.absent(),
+                "denoise_tiles: a window has no variances or samples");
         use(detail::UsableFrame<T>(view).view());
     };
     for (const PixelWindow& t : tiles) usable(t, [&](const auto& view) { steps.count(t, view); });

@@ -26,7 +26,8 @@ public:
     /// Takes a part of the image that begins at multiples of `side`.
     /// dim  in the sum of channels: what is much darker does not count by its own light
     template <std::floating_point T>
-    void add(const PixelWindow& part, const PixelView<const T, 3>& image, const PixelView<const T, 3>& noisy, double dim) {
+    void add(const PixelWindow& part, const PixelView<const T, 3>& image, const PixelView<const T, 3>& noisy,
+             double dim) {
         for (int y = 0; y < part.height(); ++y)
             for (int x = 0; x < part.width(); ++x) {
                 Block& b = at((part.x0 + x) / side, (part.y0 + y) / side);

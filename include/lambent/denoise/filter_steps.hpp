@@ -169,7 +169,8 @@ public:
                 const DistanceFeature<T> position(planes.position, o_.sigma_position);
                 const NormalFeature<T> normal(planes.normal, o_.sigma_normal);
                 filter_.window = inside;
-                report_.bilateral += cross_bilateral<T>(view, view, filter_, executor, position, normal, geometry.material);
+                report_.bilateral += cross_bilateral<T>(view, view, filter_, executor, position, normal,
+                                                        geometry.material);
             }
         }
         remodulate(window_of(planes, inside), window_of(std::as_const(p.illumination).view(), inside), out);

@@ -47,8 +47,8 @@ Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviation
                 const double count = double((x1 - x0) * (y1 - y0) - 1), b = here[i];
                 const double mean = (all[i - 2] + all[i - 1] + others[i] + all[i + 1] + all[i + 2]) / count;
                 if (!(b > mean)) continue; // without neighbours too
-                const double square = (squares[i - 2] + squares[i - 1] + others2[i] + squares[i + 1] + squares[i + 2]) / count;
-                double limit = mean + deviations * std::sqrt(std::max(0.0, square - mean * mean));
+                const double sum2 = squares[i - 2] + squares[i - 1] + others2[i] + squares[i + 1] + squares[i + 2];
+                double limit = mean + deviations * std::sqrt(std::max(0.0, sum2 / count - mean * mean));
                 if (!(b > limit)) continue;
                 const double own = sigma(x, y);
                 if (own > 0) limit += (b - limit) * std::clamp((b / own - 2) / 2, 0.0, 1.0);
@@ -133,7 +133,8 @@ struct ClampedPart {
             const double s = std::sqrt(double(v.x)) + std::sqrt(double(v.y)) + std::sqrt(double(v.z));
             return is_finite(s) ? s * std::sqrt(double(spread.load(x, y))) : 0.0;
         };
-        factors = outlier_factors<T>(std::as_const(light).view(), part.direct || samples < 16 ? 2 : 1, deviation, executor);
+        const double deviations = part.direct || samples < 16 ? 2 : 1;
+        factors = outlier_factors<T>(std::as_const(light).view(), deviations, deviation, executor);
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
                 const Vec3<T> v = part.root_variance.load(x, y);

@@ -143,7 +143,8 @@ public:
                     fit_tile(light, x0, y0, centers, work, said[i].data(), own);
                 }
             });
-            const int until = end_row > last_row ? part.y1 : std::clamp(end_row * tile_h - o_.radius - 1, written, part.y1);
+            const int until =
+                end_row > last_row ? part.y1 : std::clamp(end_row * tile_h - o_.radius - 1, written, part.y1);
             write(light, said, tiles_x, {part.x0, written, part.x1, until}, out, executor);
             written = until;
             // What the rows still to be written are spoken about by stays.

@@ -102,11 +102,13 @@ public:
             for (int y = 0; y < tile.height(); ++y)
                 for (int x = 0; x < tile.width(); ++x) {
                     const int u = inside.x0 + x, v = inside.y0 + y;
-                    sums_.add(tile.x0 + x, tile.y0 + y, direct ? direct_noise : indirect_noise, double(part.variance.load(u, v)));
+                    sums_.add(tile.x0 + x, tile.y0 + y, direct ? direct_noise : indirect_noise,
+                              double(part.variance.load(u, v)));
                     report_.spikes += part.factors.load(u, v) < 1;
                 }
         }
-        const PixelWindow seen = inside.grown(ClampedPart<T>::repair_reach, planes.radiance.width(), planes.radiance.height());
+        const PixelWindow seen =
+            inside.grown(ClampedPart<T>::repair_reach, planes.radiance.width(), planes.radiance.height());
         add(seen_light, seen_lights(window_of(planes, seen)), inside.seen_from(seen));
     }
 
@@ -165,14 +167,16 @@ public:
     /// `planes` and what fit() wrote, both of around_result(tile); the latter is changed. Writes the tile's radiance and,
     /// where there is one, its error.
     template <Executor E>
-    void finish(const PixelWindow& tile, const FrameView<T>& planes, const PixelView<T, 4>& kept, const PixelView<T, 3>& out,
-                const PixelView<T, 3>& error, E& executor) const {
+    void finish(const PixelWindow& tile, const FrameView<T>& planes, const PixelView<T, 4>& kept,
+                const PixelView<T, 3>& out, const PixelView<T, 3>& error, E& executor) const {
         const PixelWindow window = around_result(tile), inside = tile.seen_from(window);
         const PixelView<T, 3> light(kept.data(), kept.width(), kept.height(), kept.strides());
-        const PixelView<T, 1> own(kept.data() + 3 * kept.strides().channel, kept.width(), kept.height(), kept.strides());
+        const PixelView<T, 1> own(kept.data() + 3 * kept.strides().channel, kept.width(), kept.height(),
+                                  kept.strides());
         for (int y = 0; y < window.height(); ++y)
             for (int x = 0; x < window.width(); ++x)
-                light.store(x, y, Vec3<T>(Vec3<double>(light.load(x, y)) * energy_.factor(window.x0 + x, window.y0 + y)));
+                light.store(x, y, Vec3<T>(Vec3<double>(light.load(x, y)) *
+                                          energy_.factor(window.x0 + x, window.y0 + y)));
         const auto copy = [&](const auto& from, const auto& to) {
             for (int y = 0; y < tile.height(); ++y)
                 for (int x = 0; x < tile.width(); ++x) to.store(x, y, from.load(inside.x0 + x, inside.y0 + y));
@@ -188,7 +192,18 @@ public:
     const LightDenoiseReport& report() const { return report_; }
 
 private:
-    enum Sum : std::size_t { samples, counted, depth, depths, direct_light, indirect_light, seen_light, direct_noise, indirect_noise, sum_count };
+    enum Sum : std::size_t {
+        samples,
+        counted,
+        depth,
+        depths,
+        direct_light,
+        indirect_light,
+        seen_light,
+        direct_noise,
+        indirect_noise,
+        sum_count
+    };
     static constexpr int error_reach = 3 + spread_reach;
 
     double mean_samples() const { return sums_.total(samples) / std::max(1.0, sums_.total(counted)); }
@@ -201,7 +216,8 @@ private:
     LightRegression<T> regression(const FrameView<T>& planes, E& executor) const {
         const double n = mean_samples();
         LightRegressionOptions options{.radius = o_.radius, .stride = o_.stride,
-                                       .feature_sigma = o_.feature_sigma * (n < 2 ? 0.6 : 1), // feature_noise() errs towards more
+                                       // feature_noise() errs towards more
+                                       .feature_sigma = o_.feature_sigma * (n < 2 ? 0.6 : 1),
                                        .feature_floor = 3e-4, .own_vote = o_.stride > 1 ? 0.1 : 1e-9,
                                        .ridge = n < 2 ? 0.1 : n < 16 ? 1e-3 : 1e-4};
         LightRegression<T> models(planes.radiance.width(), planes.radiance.height(), options);
@@ -236,7 +252,8 @@ private:
             for (int x = 0; x < part.width(); ++x) {
                 const int u = part.x0 + x, v = part.y0 + y;
                 result.view().store(x, y, result.load(x, y) + clamped.light.load(u, v));
-                own.view().store(x, y, own.load(x, y) + (share.absent() ? T(1) : share.load(u, v)) * source.noise(u, v));
+                const T its = share.absent() ? T(1) : share.load(u, v);
+                own.view().store(x, y, own.load(x, y) + its * source.noise(u, v));
             }
     }
 
@@ -245,7 +262,8 @@ private:
         Plane<T, 3> seen(planes.radiance.width(), planes.radiance.height());
         for (int y = 0; y < seen.height(); ++y)
             for (int x = 0; x < seen.width(); ++x) {
-                const Vec3<T> directly = planes.radiance.load(x, y) - planes.direct.load(x, y) - planes.indirect.load(x, y);
+                const Vec3<T> directly =
+                    planes.radiance.load(x, y) - planes.direct.load(x, y) - planes.indirect.load(x, y);
                 seen.view().store(x, y, max(directly, Vec3<T>(0)));
             }
         repair_non_finite(seen.view(), ClampedPart<T>::repair_reach);

@@ -26,7 +26,8 @@ void restore_energy(const PixelView<T, 3>& image, const PixelView<const T, 3>& n
     blocks.add<T>({0, 0, width, height}, image, noisy, whole / (3.0 * width * height));
     blocks.solve();
     for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) image.store(x, y, Vec3<T>(Vec3<double>(image.load(x, y)) * blocks.factor(x, y)));
+        for (int x = 0; x < width; ++x)
+            image.store(x, y, Vec3<T>(Vec3<double>(image.load(x, y)) * blocks.factor(x, y)));
 }
 
 } // namespace LAMBENT_ABI
