@@ -169,8 +169,9 @@ TEST_CASE("denoise_tiles: windows reach as far as pixels do") {
 }
 
 TEST_CASE("denoise_tiles: images of every size, smaller than what is around a tile too") {
-    for (const auto& [width, height] : {std::pair(1, 1), std::pair(5, 70), std::pair(130, 3), std::pair(65, 17)})
+    for (const auto& size : {std::pair(1, 1), std::pair(5, 70), std::pair(130, 3), std::pair(65, 17)})
         for (const char* method : {"best", "balanced", "fast", "separable"}) {
+            const int width = size.first, height = size.second;
             CAPTURE(width);
             check(hard_frame(width, height, 4), method, {{64, 16}});
             check(hard_frame(width, height, 4, FilmPlanes::features), method, {{64, 16}});
