@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 #include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
+#include <lambent/denoise/restore_energy.hpp>
 #include <lambent/film/film.hpp>
 #include <limits>
 

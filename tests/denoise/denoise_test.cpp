@@ -10,6 +10,7 @@
 #include <support/statistics.hpp>
 
 using namespace lambent;
+using lambent_test::infinity;
 using lambent_test::Random;
 
 namespace {

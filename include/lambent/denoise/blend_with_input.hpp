@@ -10,6 +10,10 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
+namespace detail {
+inline constexpr int blend_reach = 3; ///< of blend_with_input(), in pixels
+} // namespace detail
+
 /// Puts back into the filtered `clean` as much of its input `noisy` as their difference exceeds the input's noise,
 /// which is where the filter errs: the share 1 - 2 · variance / difference² (3 below 16 samples), of means over 3 x 3
 /// pixels, at least 0. A pixel whose samples agree with each other, but not with a filter that made it more than twice
@@ -18,12 +22,14 @@ inline namespace LAMBENT_ABI {
 /// to 0 the result becomes the input, whatever the filter did, but never less than black.
 /// variance of the means in `noisy`; pixels that are not finite stay as the filter left them
 /// samples  in a pixel, on the whole: below 2 there is no variance and nothing is done, below 8 agreement means nothing
+/// light    mean of the channels' sum over the image that `clean` is a part of; 0: over `clean`. Pixels that are much
+///          darker are compared as if they were not
 /// threads  the same bits for any executor
 /// source   James, Stein, Estimation with quadratic loss (1961); Firmino et al., Progressive denoising of Monte Carlo
 ///          rendered images, EGSR 2022, for the idea
 template <std::floating_point T, Executor E>
 void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>& noisy,
-                      const PixelView<const T, 3>& variance, double samples, E& executor) {
+                      const PixelView<const T, 3>& variance, double samples, E& executor, double light = 0) {
     require_same_size("blend_with_input: clean and noisy", clean, noisy);
     require_same_size("blend_with_input: clean and variance", clean, variance);
     if (samples < 2) return;
@@ -39,8 +45,9 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
     // Relative to what is around, so that a bright pixel does not speak for the dark ones beside it.
     const Plane<T, 1> bright = box_mean<T>(
         width, height, 2, [&](int x, int y) { return sum(clean.load(x, y)); }, executor);
-    double whole = 0;
-    for (const T b : bright.values()) whole += double(b) / double(bright.values().size());
+    double whole = light;
+    if (!(light > 0))
+        for (const T b : bright.values()) whole += double(b) / double(bright.values().size());
     const auto relative = [&](int x, int y, T square) {
         const double b = double(bright.load(x, y)), unit = b * b + 1e-3 * whole * whole;
         return unit > 0 ? T(double(square) / unit) : T(0);

@@ -1,30 +1,17 @@
 #pragma once
+#include <lambent/denoise/by_samples.hpp>
 #include <lambent/denoise/feature_noise.hpp>
 #include <lambent/denoise/light_regression.hpp>
 #include <lambent/denoise/pair_average.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstddef>
 #include <utility>
-#include <vector>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
 namespace detail {
-
-/// Parameters that go with the number of samples, between those at 1, 4, 16, 64 and 256.
-struct BySamples {
-    std::array<double, 5> at;
-    double operator()(double samples) const {
-        const double place = std::clamp(std::log2(std::max(1.0, samples)) / 2, 0.0, 4.0);
-        const auto i = std::min(std::size_t(place), std::size_t(3));
-        const double part = place - double(i);
-        return at[i] * (1 - part) + at[i + 1] * part;
-    }
-};
 
 /// A feature of one to three channels as three, times a factor; 0 where it is not finite.
 template <class T, int C>
@@ -41,57 +28,40 @@ Plane<T, 3> as_guide(const PixelView<const T, C>& plane, double factor) {
     return out;
 }
 
-/// The features that models are fitted to, cleaned of their own noise. One sample has no variance, so that its features'
-/// noise is seen by their neighbours. From 8 samples on the nearest neighbours are enough, and what they differ by is
-/// believed less: features of things behind glass differ where its reflections begin.
-template <class T>
-struct LightGuides {
-    struct Guide {
-        int channel, size;
-        PairAveraged<T> plane;
-    };
-    std::vector<Guide> guides;
-
-    template <class E>
-    LightGuides(const FrameView<T>& frame, int radius, double samples, E& executor) {
-        if (samples >= 8) radius = std::min(radius, 1);
-        const double softness = BySamples{{0.25, 0.25, 1, 1, 1}}(samples);
-        const int width = frame.radiance.width(), height = frame.radiance.height();
-        const auto add = [&](int channel, int size, const auto& mean, const auto& variance, double factor) {
-            if (mean.absent()) return;
-            const Plane<T, 3> guide = as_guide(mean, factor);
-            Plane<T, 3> noise(width, height);
-            if (samples < 2) noise = feature_noise<T>(guide.view(), executor);
-            else if (!variance.absent()) noise = as_guide(variance, factor * factor);
-            guides.push_back({channel, size,
-                              pair_average<T>(guide.view(), std::as_const(noise).view(), radius, softness, executor)});
-        };
-        add(0, 3, frame.albedo, frame.albedo_variance, 1);
-        add(3, 3, frame.normal, frame.normal_variance, 1);
-        add(6, 1, frame.depth, frame.depth_variance, 1 / mean_depth(frame));
-    }
-
-    void set(LightRegression<T>& fit) const {
-        for (const Guide& g : guides)
-            for (int c = 0; c < g.size; ++c)
-                fit.set_guide(g.channel + c, [&](int x, int y) { return g.plane.mean.load(x, y)[c]; },
-                              [&](int x, int y) { return g.plane.variance.load(x, y)[c]; });
-    }
-
-private:
-    static double mean_depth(const FrameView<T>& frame) {
-        double sum = 0, count = 0;
-        if (!frame.depth.absent())
-            for (int y = 0; y < frame.depth.height(); ++y)
-                for (int x = 0; x < frame.depth.width(); ++x) {
-                    const double d = double(frame.depth.load(x, y));
-                    if (!(d > 0) || !is_finite(d)) continue;
-                    sum += d;
-                    ++count;
-                }
-        return count > 0 ? sum / count : 1;
-    }
+/// What the guides have to know of a whole frame.
+struct GuideFacts {
+    double mean_depth = 1;                                 ///< of the pixels that have one
+    std::array<bool, 3> noisy{}; ///< whether albedo, normal and depth have noise anywhere
 };
+
+/// How far around a pixel its guides are made from: averages of patches, and of the noise that one sample shows.
+inline int guide_reach(int radius) { return radius + 1 + 2; }
+
+/// Sets the features that models are fitted to, cleaned of their own noise. One sample has no variance, so that its
+/// features' noise is seen by their neighbours. From 8 samples on the nearest neighbours are enough, and what they differ
+/// by is believed less: features of things behind glass differ where its reflections begin.
+template <class T, class E>
+void set_light_guides(LightRegression<T>& fit, const FrameView<T>& frame, const GuideFacts& facts, int radius,
+                      double samples, E& executor) {
+    if (samples >= 8) radius = std::min(radius, 1);
+    const double softness = BySamples{{0.25, 0.25, 1, 1, 1}}(samples);
+    const int width = frame.radiance.width(), height = frame.radiance.height();
+    const auto set = [&](int first, int size, const auto& mean, const auto& variance, double factor, bool noisy) {
+        if (mean.absent()) return;
+        PairAveraged<T> guide{as_guide(mean, factor), Plane<T, 3>(width, height)};
+        if (samples < 2) guide.variance = feature_noise<T>(std::as_const(guide.mean).view(), executor);
+        else if (!variance.absent()) guide.variance = as_guide(variance, factor * factor);
+        if (noisy)
+            guide = average_pairs<T>(std::as_const(guide.mean).view(), std::as_const(guide.variance).view(), radius,
+                                     softness, executor);
+        for (int c = 0; c < size; ++c)
+            fit.set_guide(first + c, [&](int x, int y) { return guide.mean.load(x, y)[c]; },
+                          [&](int x, int y) { return guide.variance.load(x, y)[c]; });
+    };
+    set(0, 3, frame.albedo, frame.albedo_variance, 1, facts.noisy[0]);
+    set(3, 3, frame.normal, frame.normal_variance, 1, facts.noisy[1]);
+    set(6, 1, frame.depth, frame.depth_variance, 1 / facts.mean_depth, facts.noisy[2]);
+}
 
 } // namespace detail
 

@@ -3,8 +3,10 @@
 #include <lambent/core/executor.hpp>
 #include <lambent/core/exp.hpp>
 #include <lambent/core/simd.hpp>
+#include <lambent/denoise/lit_blocks.hpp>
 #include <lambent/denoise/phased_planes.hpp>
 #include <lambent/film/pixel_data.hpp>
+#include <lambent/film/region.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -34,6 +36,7 @@ struct LightToFit {
     PixelView<const T, 3> root;          ///< means of the samples' roots
     PixelView<const T, 1> root_variance; ///< summed over channels, above 0
     std::array<double, 2> test_softness{0.25, 0.25}; ///< by how much tests of patches of radius 1 and 3 may fail
+    double mean = -1; ///< of the color's sum of channels, over the whole image; below 0: over what is there
 };
 
 /// First-order regression of light on features in overlapping windows, weighted by features and by a test on the
@@ -58,11 +61,8 @@ public:
     /// throws lambent::Error on an empty image or options out of their ranges
     LightRegression(int image_width, int image_height, const LightRegressionOptions& options)
         : w_(image_width), h_(image_height), o_(checked(image_width, image_height, options)),
-          guides_(w_, h_, features, o_.stride), scales_(w_, h_, features, o_.stride), inside_(w_, h_, 1, o_.stride) {
-        inside_.fill(0, w_, h_, [](int, int) { return T(1); });
-        for (int y = -Phased::rim; y < h_ + Phased::rim; ++y)
-            for (int x = -Phased::rim; x < w_ + Phased::rim; ++x)
-                if (x < 0 || y < 0 || x >= w_ || y >= h_) inside_.channel(0)[inside_.at(x, y)] = 0;
+          guides_(w_, h_, features, o_.stride), scales_(w_, h_, features, o_.stride), inside_(w_, 1, 1, o_.stride) {
+        for (int x = 0; x < w_; ++x) inside_.channel(0)[inside_.at(x, 0)] = 1;
     }
 
     /// One channel: guide(x, y) and its variance(x, y), in the guide's unit squared; both finite.
@@ -85,86 +85,77 @@ public:
         });
     }
 
+    /// A copy of light as run() takes it.
+    struct Loaded {
+        Phased colors, roots, brightness;
+        detail::LitBlocks lit;
+        std::array<double, 2> test_softness;
+    };
+    /// throws  lambent::Error on a softness that is not positive
+    Loaded load(const LightToFit<T>& light) const {
+        require(light.test_softness[0] > 0 && light.test_softness[1] > 0, "LightRegression: softness must be positive");
+        Loaded to{Phased(w_, h_, 3, o_.stride), Phased(w_, h_, 4, 1), Phased(w_, h_, 1, o_.stride),
+                  detail::LitBlocks(light.color), light.test_softness};
+        for (int c = 0; c < 3; ++c) {
+            to.colors.fill(c, w_, h_, [&](int x, int y) { return light.color.load(x, y)[c]; });
+            to.roots.fill(c, w_, h_, [&](int x, int y) { return light.root.load(x, y)[c]; });
+        }
+        to.roots.fill(3, w_, h_, [&](int x, int y) { return light.root_variance.load(x, y); });
+        fill_inverse_dim(light, to.brightness);
+        return to;
+    }
+
     /// `out` may be the light's color. `own`, where there is one, gets a pixel's weight in its window's sum of weights:
     /// what part of the pixel's noise is left, about. Tiles far from any light (a sky's, say) stay black, as they would
-    /// come out, and keep what `own` holds.
+    /// come out, and keep what `own` holds. Both are written in `part` alone, or everywhere where that is empty: to the
+    /// bits that they have in a larger image, if this one begins there at multiples of 64 x 16 pixels and reaches
+    /// 2 · radius + 3 pixels beyond the part.
     /// throws  lambent::Error on a softness that is not positive
     /// threads the same bits for any executor
     template <Executor E>
-    void run(const LightToFit<T>& light, const PixelView<T, 3>& out, E& executor,
-             const PixelView<T, 1>& own = {}) const {
-        require(light.test_softness[0] > 0 && light.test_softness[1] > 0, "LightRegression: softness must be positive");
-        Phased colors(w_, h_, 3, o_.stride), roots(w_, h_, 4, 1);
-        for (int c = 0; c < 3; ++c) {
-            colors.fill(c, w_, h_, [&](int x, int y) { return light.color.load(x, y)[c]; });
-            roots.fill(c, w_, h_, [&](int x, int y) { return light.root.load(x, y)[c]; });
-        }
-        roots.fill(3, w_, h_, [&](int x, int y) { return light.root_variance.load(x, y); });
-        const int tiles_x = (w_ + tile_w - 1) / tile_w, tiles_y = (h_ + tile_h - 1) / tile_h;
-        std::vector<std::vector<T>> said(std::size_t(tiles_x) * std::size_t(tiles_y)); ///< empty: of a dark tile
-        const LitBlocks lit(light.color);
-        Phased brightness(w_, h_, 1, o_.stride);
-        const Plane<T, 1> per_dim = inverse_dim(light);
-        brightness.fill(0, w_, h_, [&](int x, int y) { return per_dim.load(x, y); });
-        executor.parallel_for(said.size(), 1, [&](std::size_t begin, std::size_t end) {
-            Work work(o_, light.test_softness);
-            for (std::size_t i = begin; i < end; ++i) {
-                // Whatever its windows speak about has windows without light alone.
-                if (!lit.any(int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, tile_w, tile_h, 3 * o_.radius)) continue;
-                said[i].assign(std::size_t(4 * reach_w() * reach_h()), T(0));
-                fit_tile(colors, brightness, roots, int(i) % tiles_x * tile_w, int(i) / tiles_x * tile_h, work,
-                         said[i].data(), own);
-            }
-        });
-        executor.parallel_for(std::size_t(h_), 16, [&](std::size_t begin, std::size_t end) {
-            for (int y = int(begin); y < int(end); ++y)
-                for (int x = 0; x < w_; ++x) {
-                    T sum[4] = {0, 0, 0, 0};
-                    const auto first = [&](int at, int tile) { return std::max(0, (at - o_.radius - 1) / tile); };
-                    const auto last = [&](int at, int tile, int n) { return std::min(n - 1, (at + o_.radius) / tile); };
-                    for (int ty = first(y, tile_h); ty <= last(y, tile_h, tiles_y); ++ty)
-                        for (int tx = first(x, tile_w); tx <= last(x, tile_w, tiles_x); ++tx) {
-                            const int u = x - tx * tile_w + o_.radius, v = y - ty * tile_h + o_.radius;
-                            if (u < 0 || v < 0 || u >= tile_w + 2 * o_.radius || v >= tile_h + 2 * o_.radius) continue;
-                            const std::vector<T>& tile = said[std::size_t(ty * tiles_x + tx)];
-                            if (tile.empty()) continue;
-                            for (int c = 0; c < 4; ++c) sum[c] += tile[said_index(c, u, v)];
-                        }
-                    const Vec3<T> here = light.color.load(x, y);
-                    const T level = (here.x + here.y + here.z) * per_dim.load(x, y);
-                    const T vote = T(o_.own_vote) / (1 + level * level);
-                    const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + vote * here) / (sum[3] + vote);
-                    out.store(x, y, max(value, Vec3<T>(0)));
+    void run(const LightToFit<T>& light, const PixelView<T, 3>& out, E& executor, const PixelView<T, 1>& own = {},
+             const PixelWindow& part = {}) const {
+        run(load(light), out, executor, own, part);
+    }
+    /// Likewise; what was loaded may be gone.
+    template <Executor E>
+    void run(const Loaded& light, const PixelView<T, 3>& out, E& executor, const PixelView<T, 1>& own = {},
+             PixelWindow part = {}) const {
+        if (part.empty()) part = {0, 0, w_, h_};
+        const PixelWindow centers{std::max(0, part.x0 - o_.radius - 1), std::max(0, part.y0 - o_.radius - 1),
+                                  std::min(w_, part.x1 + o_.radius), std::min(h_, part.y1 + o_.radius)};
+        const int tiles_x = (w_ + tile_w - 1) / tile_w, last_row = (centers.y1 - 1) / tile_h;
+        std::vector<std::vector<T>> said(std::size_t(tiles_x) * std::size_t(last_row + 1)); ///< empty: of a dark tile
+        const int first_row = centers.y0 / tile_h; // many tiles at once keep threads busy, few take little memory
+        const int rows_at_once = std::max(1, std::min(128 / tiles_x, (last_row - first_row + 1) / 3));
+        int written = part.y0;
+        for (int row = first_row; row <= last_row; row += rows_at_once) {
+            const std::size_t first = std::size_t(row * tiles_x);
+            const int end_row = std::min(row + rows_at_once, last_row + 1);
+            executor.parallel_for(std::size_t(end_row * tiles_x) - first, 1, [&](std::size_t begin, std::size_t end) {
+                Work work(o_, light.test_softness);
+                for (std::size_t i = first + begin; i < first + end; ++i) {
+                    const int x0 = int(i) % tiles_x * tile_w, y0 = int(i) / tiles_x * tile_h;
+                    // Whatever its windows speak about has windows without light alone.
+                    if (x0 >= centers.x1 || x0 + tile_w <= centers.x0) continue;
+                    if (!light.lit.any(x0, y0, tile_w, tile_h, 3 * o_.radius)) continue;
+                    said[i].assign(4 * said_channel(), T(0));
+                    fit_tile(light, x0, y0, centers, work, said[i].data(), own);
                 }
-        });
+            });
+            const int until =
+                end_row > last_row ? part.y1 : std::clamp(end_row * tile_h - o_.radius - 1, written, part.y1);
+            write(light, said, tiles_x, {part.x0, written, part.x1, until}, out, executor);
+            written = until;
+            // What the rows still to be written are spoken about by stays.
+            for (int done = first_row; done < end_row && (done + 1) * tile_h + o_.radius <= written; ++done)
+                for (int i = 0; i < tiles_x; ++i) std::vector<T>().swap(said[std::size_t(done * tiles_x + i)]);
+        }
     }
 
 private:
     static constexpr int tile_w = 64, tile_h = 16; ///< pixels of a tile; its width holds whole Packs of centers
 
-    /// Which squares of an image hold light.
-    class LitBlocks {
-    public:
-        explicit LitBlocks(const PixelView<const T, 3>& color)
-            : across_((color.width() + side - 1) / side), down_((color.height() + side - 1) / side),
-              lit_(std::size_t(across_) * std::size_t(down_)) {
-            for (int y = 0; y < color.height(); ++y)
-                for (int x = 0; x < color.width(); ++x)
-                    if (color.load(x, y) != Vec3<T>(0)) lit_[std::size_t(y / side * across_ + x / side)] = 1;
-        }
-        /// Any in a rectangle and as far around it.
-        bool any(int x, int y, int across, int down, int around) const {
-            for (int j = std::max(0, y - around) / side; j < down_ && j * side < y + down + around; ++j)
-                for (int i = std::max(0, x - around) / side; i < across_ && i * side < x + across + around; ++i)
-                    if (lit_[std::size_t(j * across_ + i)] != 0) return true;
-            return false;
-        }
-
-    private:
-        static constexpr int side = 8;
-        int across_, down_;
-        std::vector<char> lit_;
-    };
 
     static const LightRegressionOptions& checked(int w, int h, const LightRegressionOptions& o) {
         require(w > 0 && h > 0, "LightRegression: the image is empty");
@@ -176,24 +167,53 @@ private:
     }
 
     /// 1 over the light, summed over channels, below which errors count as they are.
-    Plane<T, 1> inverse_dim(const LightToFit<T>& light) const {
+    void fill_inverse_dim(const LightToFit<T>& light, Phased& inverse) const {
         const auto total = [](const Vec3<T>& v) { return v.x + v.y + v.z; };
-        double sum = 0;
-        for (int y = 0; y < h_; ++y)
-            for (int x = 0; x < w_; ++x) sum += double(total(light.color.load(x, y)));
-        const double mean = sum / (double(w_) * h_);
-        Plane<T, 1> inverse(w_, h_);
-        for (int y = 0; y < h_; ++y)
-            for (int x = 0; x < w_; ++x) {
-                const T root = total(light.root.load(x, y)), variance = T(3) * light.root_variance.load(x, y);
-                const T sure = variance < root * root ? T(1) - std::sqrt(variance) / root : T(0);
-                const double vouched = double(sure * sure) * double(total(light.color.load(x, y)));
-                inverse.view().store(x, y, T(1 / std::max(o_.dim * std::max(mean, vouched), 1e-30)));
-            }
-        return inverse;
+        double mean = light.mean;
+        if (mean < 0) {
+            double sum = 0;
+            for (int y = 0; y < h_; ++y)
+                for (int x = 0; x < w_; ++x) sum += double(total(light.color.load(x, y)));
+            mean = sum / (double(w_) * h_);
+        }
+        inverse.fill(0, w_, h_, [&](int x, int y) {
+            const T root = total(light.root.load(x, y)), variance = T(3) * light.root_variance.load(x, y);
+            const T sure = variance < root * root ? T(1) - std::sqrt(variance) / root : T(0);
+            const double vouched = double(sure * sure) * double(total(light.color.load(x, y)));
+            return T(1 / std::max(o_.dim * std::max(mean, vouched), 1e-30));
+        });
     }
 
-    int reach_w() const { return tile_w + 2 * o_.radius + 2 * width; }
+    /// The means of what was said, in a part of the image.
+    template <class E>
+    void write(const Loaded& light, const std::vector<std::vector<T>>& said, int tiles_x, const PixelWindow& part,
+               const PixelView<T, 3>& out, E& executor) const {
+        const int tiles_y = int(said.size()) / tiles_x;
+        executor.parallel_for(std::size_t(part.height()), 16, [&](std::size_t begin, std::size_t end) {
+            for (int y = part.y0 + int(begin); y < part.y0 + int(end); ++y)
+                for (int x = part.x0; x < part.x1; ++x) {
+                    T sum[4] = {0, 0, 0, 0};
+                    const auto first = [&](int at, int tile) { return std::max(0, (at - o_.radius - 1) / tile); };
+                    const auto last = [&](int at, int tile, int n) { return std::min(n - 1, (at + o_.radius) / tile); };
+                    for (int ty = first(y, tile_h); ty <= last(y, tile_h, tiles_y); ++ty)
+                        for (int tx = first(x, tile_w); tx <= last(x, tile_w, tiles_x); ++tx) {
+                            const int u = x - tx * tile_w + o_.radius, v = y - ty * tile_h + o_.radius;
+                            if (u < 0 || v < 0 || u >= tile_w + 2 * o_.radius || v >= tile_h + 2 * o_.radius) continue;
+                            const std::vector<T>& tile = said[std::size_t(ty * tiles_x + tx)];
+                            if (tile.empty()) continue;
+                            for (int c = 0; c < 4; ++c) sum[c] += tile[said_index(c, u, v)];
+                        }
+                    const std::size_t i = light.colors.at(x, y);
+                    const auto color = [&](int c) { return light.colors.channel(c)[i]; };
+                    const Vec3<T> here(color(0), color(1), color(2));
+                    const T level = (here.x + here.y + here.z) * light.brightness.channel(0)[i];
+                    const T vote = T(o_.own_vote) / (1 + level * level);
+                    const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + vote * here) / (sum[3] + vote);
+                    out.store(x, y, max(value, Vec3<T>(0)));
+                }
+        });
+    }
+
     int reach_h() const { return tile_h + 2 * o_.radius; }
     std::size_t said_channel() const {
         return std::size_t(o_.stride * reach_h() * ((tile_w + 2 * o_.radius) / o_.stride + width));
@@ -223,27 +243,31 @@ private:
         std::vector<std::size_t> offsets, said_offsets; ///< of the taps of one row of centers
     };
 
-    void fit_tile(const Phased& colors, const Phased& brightness, const Phased& roots, int x0, int y0, Work& work,
-                  T* said, const PixelView<T, 1>& own) const {
+    /// Those of the tile's centers that lie in `centers`.
+    void fit_tile(const Loaded& light, int x0, int y0, const PixelWindow& centers, Work& work, T* said,
+                  const PixelView<T, 1>& own) const {
         const int side = 2 * o_.radius + 1;
+        const int first = std::max(0, centers.y0 - y0) / o_.stride;
+        const int last = std::min(work.centers_h, (std::min(h_, centers.y1) - y0 + o_.stride - 1) / o_.stride);
         for (int t = 0; t < side * side; ++t)
-            weigh(roots, x0, y0, t % side - o_.radius, t / side - o_.radius, work,
+            weigh(light.roots, x0, y0, t % side - o_.radius, t / side - o_.radius, first, last, work,
                   &work.weights[std::size_t(t * work.centers_w * work.centers_h)]);
-        for (int j = 0; j < work.centers_h && y0 + j * o_.stride < h_; ++j) {
+        for (int j = first; j < last; ++j) {
             for (int t = 0; t < side * side; ++t) {
                 const int dx = t % side - o_.radius, dy = t / side - o_.radius;
                 work.offsets[std::size_t(t)] = guides_.at(x0 + dx, clamp_y(y0 + j * o_.stride + dy));
                 work.said_offsets[std::size_t(t)] = said_index(0, dx + o_.radius, j * o_.stride + dy + o_.radius);
             }
-            for (int i = 0; i < work.centers_w && x0 + i * o_.stride < w_; i += width)
-                fit(colors, brightness, x0, y0, i, j, work, said, own);
+            const int from = std::max(0, centers.x0 - x0) / (o_.stride * width) * width;
+            for (int i = from; i < work.centers_w && x0 + i * o_.stride < centers.x1; i += width)
+                fit(light, x0, y0, i, j, work, said, own);
         }
     }
 
-    /// Weights of the tile's centers with the pixels at an offset from them.
-    void weigh(const Phased& roots, int x0, int y0, int dx, int dy, Work& work, T* weights) const {
+    /// Weights of some rows of the tile's centers with the pixels at an offset from them.
+    void weigh(const Phased& roots, int x0, int y0, int dx, int dy, int first, int last, Work& work, T* weights) const {
         constexpr int patch = 3, test_w = tile_w + 16;
-        for (int y = -patch; y < tile_h + patch; ++y) {
+        for (int y = first * o_.stride - patch; y < last * o_.stride + patch; ++y) {
             T* out = &work.test[std::size_t((y + patch) * test_w)];
             const std::size_t here = roots.at(x0, clamp_y(y0 + y)), there = roots.at(x0 + dx, clamp_y(y0 + y + dy));
             for (int x = -patch; x < tile_w + patch; x += width) {
@@ -255,8 +279,10 @@ private:
                 ((difference2(0) + difference2(1) + difference2(2)) / variance).store(out + x + patch);
             }
         }
+        const T* const here_inside = inside_.channel(0) + inside_.at(x0, 0);
+        const T* const there_inside = inside_.channel(0) + inside_.at(x0 + dx, 0);
         const T k1 = T(1 / work.test_softness[0]), k3 = T(1 / work.test_softness[1]);
-        for (int j = 0; j < work.centers_h; ++j) {
+        for (int j = first; j < last; ++j) {
             const int y = j * o_.stride;
             const T* rows = &work.test[std::size_t(y * test_w)]; // rows y - 3 to y + 3
             for (int x = 0; x < tile_w + 2 * patch; x += width) {
@@ -266,6 +292,10 @@ private:
                 (middle + row(0) + row(1) + row(5) + row(6)).store(&work.large[std::size_t(x)]);
             }
             T* out = weights + j * work.centers_w;
+            if (y0 + y + dy < 0 || y0 + y + dy >= h_) {
+                std::fill_n(out, work.centers_w, T(0));
+                continue;
+            }
             T d1[tile_w], d3[tile_w];
             for (int x = 0; x < tile_w; x += width) {
                 const auto small = [&](int u) { return P::load(&work.small[std::size_t(x + u)]); };
@@ -290,16 +320,17 @@ private:
                 const P a = max(P::load(d1 + i) - one, zero) * P(k1), b = max(P::load(d3 + i) - one, zero) * P(k3);
                 P e[2] = {-min(distance + a, P(T(80))), -min(distance + b, P(T(80)))};
                 detail::powers_of_two<2>(e, T(detail::log2_e));
-                const P counts = P::load(inside_.channel(0) + center + i) * P::load(inside_.channel(0) + tap + i);
+                const P counts = P::load(here_inside + i) * P::load(there_inside + i);
                 ((e[0] + e[1]) * counts).store(out + i);
             }
         }
     }
-    int clamp_y(int y) const { return std::min(y, h_ + Phased::rim - 1); }
+    int clamp_y(int y) const { return std::min(y, h_ + Phased::rim_y - 1); }
 
     /// Fits the models of eight centers side by side, and lets each speak about its window.
-    void fit(const Phased& colors, const Phased& brightness, int x0, int y0, int i, int j, const Work& work, T* said,
+    void fit(const Loaded& light, int x0, int y0, int i, int j, const Work& work, T* said,
              const PixelView<T, 1>& own) const {
+        const Phased &colors = light.colors, &brightness = light.brightness;
         const int side = 2 * o_.radius + 1, y = y0 + j * o_.stride;
         P here[features];
         for (int c = 0; c < features; ++c) here[c] = P::load(guides_.channel(c) + guides_.at(x0, y) + i);
@@ -399,7 +430,8 @@ private:
 
     int w_, h_;
     LightRegressionOptions o_;
-    Phased guides_, scales_, inside_;
+    Phased guides_, scales_;
+    Phased inside_; ///< of a row: 1 in the image, 0 beside it
 };
 
 } // namespace LAMBENT_ABI

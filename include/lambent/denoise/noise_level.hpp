@@ -10,6 +10,32 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
+namespace detail {
+/// How far neighbours are apart that have light: |a - b| / (a + b), at most 1 each, and their number.
+struct NoisePairs {
+    double ratios = 0, pairs = 0;
+
+    void add(double a, double b) {
+        if (!(a + b > 0)) return;
+        ratios += std::min(1.0, std::abs(a - b) / (a + b));
+        ++pairs;
+    }
+    double level() const { return pairs > 0 ? ratios / pairs : 0; }
+};
+
+/// A pixel with its right and its lower neighbour.
+template <class T>
+void add_noise_pairs(NoisePairs& sum, const PixelView<const T, 3>& image, int x, int y) {
+    const auto light = [&](int i, int j) {
+        const auto v = image.load(i, j);
+        return double(v.x) + double(v.y) + double(v.z);
+    };
+    const double here = light(x, y);
+    if (x + 1 < image.width()) sum.add(here, light(x + 1, y));
+    if (y + 1 < image.height()) sum.add(here, light(x, y + 1));
+}
+} // namespace detail
+
 /// How noisy an image is, from 0 to 1: the mean of |a - b| / (a + b) over the pairs of neighbours along rows and columns
 /// of which one has light, in the sum of the channels. Independent exponential noise gives 1/2, and 1 is where most
 /// samples found no light; edges and slopes add little, since few pixels have them. Neither exposure nor single bright
@@ -20,35 +46,17 @@ inline namespace LAMBENT_ABI {
 /// threads the same bits for any executor
 template <std::floating_point T, Executor E>
 double noise_level(const PixelView<const T, 3>& image, E& executor) {
-    struct Sum {
-        double ratios = 0, pairs = 0;
-    };
-    std::vector<Sum> rows(std::size_t(image.height()));
+    std::vector<detail::NoisePairs> rows(std::size_t(image.height()));
     executor.parallel_for(rows.size(), 16, [&](std::size_t begin, std::size_t end) {
-        const auto light = [&](int x, int y) {
-            const auto v = image.load(x, y);
-            return double(v.x) + double(v.y) + double(v.z);
-        };
-        for (int y = int(begin); y < int(end); ++y) {
-            Sum& row = rows[std::size_t(y)];
-            const auto add = [&](double a, double b) {
-                if (!(a + b > 0)) return;
-                row.ratios += std::min(1.0, std::abs(a - b) / (a + b));
-                ++row.pairs;
-            };
-            for (int x = 0; x < image.width(); ++x) {
-                const double here = light(x, y);
-                if (x + 1 < image.width()) add(here, light(x + 1, y));
-                if (y + 1 < image.height()) add(here, light(x, y + 1));
-            }
-        }
+        for (int y = int(begin); y < int(end); ++y)
+            for (int x = 0; x < image.width(); ++x) detail::add_noise_pairs(rows[std::size_t(y)], image, x, y);
     });
-    Sum sum;
-    for (const Sum& row : rows) {
+    detail::NoisePairs sum;
+    for (const detail::NoisePairs& row : rows) {
         sum.ratios += row.ratios;
         sum.pairs += row.pairs;
     }
-    return sum.pairs > 0 ? sum.ratios / sum.pairs : 0;
+    return sum.level();
 }
 
 } // namespace LAMBENT_ABI

@@ -123,6 +123,24 @@ private:
     std::vector<T> inside_; ///< of a row: 1 in the image, 0 in its rim
 };
 
+/// pair_average() of arguments that are right, whether there is any variance or not.
+template <std::floating_point T, class E>
+PairAveraged<T> average_pairs(const PixelView<const T, 3>& plane, const PixelView<const T, 3>& variance, int radius,
+                              double softness, E& executor) {
+    const int width = plane.width(), height = plane.height();
+    PairAveraged<T> out{Plane<T, 3>(width, height), Plane<T, 3>(width, height)};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            out.mean.view().store(x, y, plane.load(x, y));
+            out.variance.view().store(x, y, variance.load(x, y));
+        }
+    const PairTests<T> tests(plane, variance, radius, softness);
+    executor.parallel_for(std::size_t(height), 8, [&](std::size_t begin, std::size_t end) {
+        tests.average(int(begin), int(end), out);
+    });
+    return out;
+}
+
 } // namespace detail
 
 /// The mean of each pixel and those around it, up to `radius` away, that could be of the same value by their variance:
@@ -136,22 +154,20 @@ PairAveraged<T> pair_average(const PixelView<const T, 3>& plane, const PixelView
                              double softness, E& executor) {
     require(radius >= 0 && radius <= 16 && softness > 0, "pair_average: radius must be 0 to 16, softness positive");
     require_same_size("pair_average: plane and variance", plane, variance);
-    const int width = plane.width(), height = plane.height();
-    PairAveraged<T> out{Plane<T, 3>(width, height), Plane<T, 3>(width, height)};
     bool noisy = false;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
+    for (int y = 0; y < plane.height(); ++y)
+        for (int x = 0; x < plane.width(); ++x) {
             const Vec3<T> v = variance.load(x, y);
             noisy = noisy || v.x + v.y + v.z > 0;
-            out.mean.view().store(x, y, plane.load(x, y));
-            out.variance.view().store(x, y, v);
         }
-    if (!noisy) return out;
-    const detail::PairTests<T> tests(plane, variance, radius, softness);
-    executor.parallel_for(std::size_t(height), 8, [&](std::size_t begin, std::size_t end) {
-        tests.average(int(begin), int(end), out);
-    });
-    return out;
+    if (noisy) return detail::average_pairs<T>(plane, variance, radius, softness, executor);
+    PairAveraged<T> same{Plane<T, 3>(plane.width(), plane.height()), Plane<T, 3>(plane.width(), plane.height())};
+    for (int y = 0; y < plane.height(); ++y)
+        for (int x = 0; x < plane.width(); ++x) {
+            same.mean.view().store(x, y, plane.load(x, y));
+            same.variance.view().store(x, y, variance.load(x, y));
+        }
+    return same;
 }
 
 } // namespace LAMBENT_ABI

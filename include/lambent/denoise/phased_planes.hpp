@@ -14,18 +14,19 @@ namespace detail {
 template <class T>
 class PhasedPlanes {
 public:
-    static constexpr int rim = 16,
-                         reserve = 80; ///< pixels left and right; zeros that tiles (64 wide) may read beyond them
+    static constexpr int rim = 16, rim_y = 11; ///< pixels left and right, above and below
+    static constexpr int tile = 64;            ///< as wide as the widest reads, which begin at its multiples
 
     PhasedPlanes(int width, int height, int channels, int stride)
-        : stride_(stride), row_((width + 2 * rim + reserve + stride - 1) / stride), rows_(height + 2 * rim),
-          channel_(std::size_t(stride) * std::size_t(rows_) * std::size_t(row_)),
+        : stride_(stride), row_(((width + tile - 1) / tile * tile + 2 * rim) / stride), rows_(height + 2 * rim_y),
+          // not at a multiple of 4096 bytes from each other, where they would compete for the same places of caches
+          channel_((std::size_t(stride) * std::size_t(rows_) * std::size_t(row_) + 1023) / 1024 * 1024 + 80),
           values_(std::size_t(channels) * channel_) {}
 
-    /// Where pixel (x, y) lies in each channel, x and y from -rim on; pixels (x + stride · i, y) lie behind it.
+    /// Where pixel (x, y) lies in each channel, x from -rim on and y from -rim_y; pixels (x + stride · i, y) lie behind it.
     std::size_t at(int x, int y) const {
         const int column = x + rim, phase = column % stride_;
-        return (std::size_t(phase) * std::size_t(rows_) + std::size_t(y + rim)) * std::size_t(row_) +
+        return (std::size_t(phase) * std::size_t(rows_) + std::size_t(y + rim_y)) * std::size_t(row_) +
                std::size_t(column / stride_);
     }
     T* channel(int c) { return values_.data() + std::size_t(c) * channel_; }
@@ -38,9 +39,9 @@ public:
             for (int x = 0; x < width; ++x) row[std::size_t(x + rim)] = f(x, y);
             std::fill_n(row.begin(), rim, row[std::size_t(rim)]);
             std::fill_n(row.end() - rim, rim, row[std::size_t(width + rim - 1)]);
-            for (int at = y == 0 ? -rim : y; at < (y == height - 1 ? height + rim : y + 1); ++at)
+            for (int at = y == 0 ? -rim_y : y; at < (y == height - 1 ? height + rim_y : y + 1); ++at)
                 for (int phase = 0; phase < stride_; ++phase) {
-                    T* const out = channel(c) + (std::size_t(phase) * std::size_t(rows_) + std::size_t(at + rim)) *
+                    T* const out = channel(c) + (std::size_t(phase) * std::size_t(rows_) + std::size_t(at + rim_y)) *
                                                     std::size_t(row_);
                     for (int x = phase; x < width + 2 * rim; x += stride_) out[x / stride_] = row[std::size_t(x)];
                 }

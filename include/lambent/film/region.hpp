@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/config.hpp>
+#include <algorithm>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -14,6 +15,15 @@ struct PixelWindow {
     /// Whether it lies within an image of this size.
     bool inside(int image_width, int image_height) const {
         return x0 >= 0 && y0 >= 0 && x1 <= image_width && y1 <= image_height;
+    }
+    /// With so many pixels more on each side, as far as an image of this size has them.
+    PixelWindow grown(int by, int image_width, int image_height) const {
+        return {std::max(0, x0 - by), std::max(0, y0 - by), std::min(image_width, x1 + by),
+                std::min(image_height, y1 + by)};
+    }
+    /// The same pixels as another window counts them, from its corner on.
+    PixelWindow seen_from(const PixelWindow& other) const {
+        return {x0 - other.x0, y0 - other.y0, x1 - other.x0, y1 - other.y0};
     }
     friend bool operator==(const PixelWindow&, const PixelWindow&) = default;
 };
