@@ -11,7 +11,7 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 
 /// The expected error of a denoised image, a channel each, as a standard deviation: the truth lies within 1.96 of it in
-/// 95 of 100 pixels. Its square is what is left of the input's noise, `own` of it and 2 % of that around, by how much
+/// 95 of 100 pixels. Its square is what is left of the input's noise, `own` of it and 2.4 % of that around, by how much
 /// the difference to the input exceeds that noise over 7 x 7 pixels, which is bias, and a floor of 0.6 % of the value.
 /// own      share that the pixel's own input has in the result, in [0, 1]
 /// halves   as of PixelData, or absent: then well-spread samples are thought to err more than they do
@@ -43,7 +43,7 @@ void denoised_error(const PixelView<const T, 3>& clean, const PixelView<const T,
                     const T value = clean.load(x, y)[c], n2 = around.load(x, y);
                     const T bias2 = std::max(T(0), difference.load(x, y) - n2);
                     Vec3<T> e = error.load(x, y);
-                    e[c] = std::sqrt((T(0.5) * own.load(x, y) + T(0.02)) * n2 + bias2 + T(4e-5) * value * value);
+                    e[c] = std::sqrt((T(0.5) * own.load(x, y) + T(0.024)) * n2 + bias2 + T(4e-5) * value * value);
                     error.store(x, y, e);
                 }
         });
