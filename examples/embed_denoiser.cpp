@@ -1,10 +1,10 @@
-// Our denoiser on the buffers of another renderer, in three layouts: interleaved RGBA, planes one behind the other, and
-// 16-bit floats; and tile by tile, for images that do not fit into memory.
+// Our denoiser on the buffers of another renderer: interleaved RGBA, planes, 16-bit floats; and tile by tile.
 #include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/denoise/denoise_half.hpp>
 #include <lambent/denoise/denoise_tiles.hpp>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <vector>
@@ -13,7 +13,7 @@ int main() {
     using lambent::Half;
     using lambent::PixelView;
     constexpr int width = 96, height = 64, pixels = width * height;
-    std::vector<float> rgba(4 * pixels), planes(3 * pixels), normals(3 * pixels);
+    std::vector<float> rgba(4 * pixels), planes(3 * pixels), normals(3 * pixels), result(3 * pixels);
     std::vector<std::uint16_t> halves(3 * pixels), half_normals(3 * pixels); // yours may be Imath's or CUDA's
     unsigned random = 1;
     for (int i = 0; i < pixels; ++i) { // two walls, evenly lit, with the noise of one sample a pixel
@@ -29,8 +29,6 @@ int main() {
     }
 
     const std::vector<float> file = rgba; // where tiles come from
-    std::vector<float> result(3 * pixels);
-
     // layouts: begin
     lambent::ThreadExecutor threads; // or your own pool: see embed_bvh.cpp
     const PixelView<const float, 3> normal(normals.data(), width, height);
@@ -48,26 +46,24 @@ int main() {
     const PixelView<const Half, 3> half_normal(reinterpret_cast<const Half*>(half_normals.data()), width, height);
     lambent::denoise({.radiance = half, .normal = half_normal}, half, {}, threads);
     // layouts: end
-
     // tiles: begin
     // An image larger than memory: you give the planes of a window, and get the light of a tile.
     const auto read = [&](const lambent::PixelWindow& window) {
         const auto part = [&](const float* first, int channels) {
-            const float* const corner = first + channels * (window.y0 * width + window.x0);
+            const float* const corner = first + channels * (std::ptrdiff_t(window.y0) * width + window.x0);
             return PixelView<const float, 3>(corner, window.width(), window.height(),
                                              {.pixel = channels, .row = channels * width});
         };
         return lambent::FrameView<float>{.radiance = part(file.data(), 4), .normal = part(normals.data(), 3)};
     };
     const auto write = [&](const lambent::PixelWindow& tile, const PixelView<const float, 3>& radiance, const auto&) {
+        float* const first = result.data() + 3 * (std::ptrdiff_t(tile.y0) * width + tile.x0);
         for (int y = 0; y < tile.height(); ++y)
-            for (int x = 0; x < tile.width(); ++x)
-                for (int c = 0; c < 3; ++c)
-                    result[std::size_t(3 * ((tile.y0 + y) * width + tile.x0 + x) + c)] = radiance.load(x, y)[c];
+            for (int x = 0; x < 3 * tile.width(); ++x)
+                first[std::ptrdiff_t(y) * 3 * width + x] = radiance.load(x / 3, y)[x % 3];
     };
     lambent::denoise_tiles<float>(width, height, {.width = 64, .height = 32}, read, write, {}, threads);
     // tiles: end
-
     int different = 0;
     double worst = 0;
     for (int y = 0; y < height; ++y)
