@@ -129,7 +129,8 @@ TEST_CASE("counts: denoise() adds up its passes, and has none where it takes ano
     // The filter, and what tells it light from noise: wider, the more noise there is, and up to half as wide.
     Plane<float, 3> light(40, 30);
     despike<float>(frame.radiance.view(), light.view(), 4, serial);
-    const int guide = 2 * int(std::lround(16 * noise_level<float>(std::as_const(light).view(), serial))) + 1;
+    const double noise = double(std::lround(16 * noise_level<float>(std::as_const(light).view(), serial))) / 16;
+    const int guide = 2 * int(20 * noise) + 1;
     CHECK(guide > 9);
     CHECK(guide < 17);
     CHECK(passes({.kernel = 33}) == one(33) + 2 * one(guide));

@@ -165,7 +165,7 @@ public:
         // In steps, so that a pixel far away seldom matters.
         const int steps = int(std::lround(16 * NoisePairs{sums_.total(ratios), sums_.total(pairs)}.level()));
         noise_ = steps / 16.0;
-        small_.kernel = 2 * std::clamp(steps, std::min(4, widest_guide()), widest_guide()) + 1;
+        small_.kernel = 2 * std::clamp(int(20 * noise_), std::min(4, widest_guide()), widest_guide()) + 1;
     }
 
     template <Executor E>
