@@ -188,6 +188,24 @@ TEST_CASE("F13: bad options are refused before anything is written") {
     CHECK(out.values() == std::vector<float>(360, 7.0f));
     Plane<float, 3> small(12, 9);
     CHECK_THROWS_AS(denoise(frame.view(), small.view(), {}, serial), Error);
+    for (const char* method : {"balanced", "fast", "best", "seed"}) { // planes that only some of them read, too
+        Plane<float, 1> number(12, 9, 1);
+        Plane<float, 3> vector(12, 9, 1);
+        FrameView<float> odd = frame.view();
+        const auto refuses = [&](auto& plane, const auto& other) {
+            const auto before = plane;
+            plane = other.view();
+            CHECK_THROWS_AS(denoise(odd, out.view(), denoise_options(method), serial), Error);
+            plane = before;
+        };
+        refuses(odd.samples, std::as_const(number));
+        refuses(odd.material, std::as_const(number));
+        refuses(odd.depth, std::as_const(number));
+        refuses(odd.variance, std::as_const(vector));
+        refuses(odd.position, std::as_const(vector));
+        refuses(odd.root_direct, std::as_const(vector));
+    }
+    CHECK(out.values() == std::vector<float>(360, 7.0f));
     CHECK_THROWS_AS(denoise(FrameView<float>{}, out.view(), {}, serial), Error);
 }
 

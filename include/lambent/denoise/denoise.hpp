@@ -25,7 +25,8 @@ DenoiseReport denoise(const FrameView<T>& input, const std::type_identity_t<Pixe
                       const DenoiseOptions& options, E& executor,
                       const std::type_identity_t<PixelView<T, 3>>& error = {}) {
     require(!input.radiance.absent(), "denoise: the frame has no radiance plane");
-    detail::require_planes("denoise", input, out);
+    require_same_size("denoise: radiance and output", input.radiance, out);
+    require_equal_sizes("denoise: radiance and another plane", input);
     const bool coarse = options.noise == NoiseUse::coarse_regression;
     if ((coarse || options.noise == NoiseUse::regression) && has_light_statistics(input)) {
         const LightDenoiseReport light = denoise_light(input, out, {.stride = coarse ? 2 : 1}, executor, error);

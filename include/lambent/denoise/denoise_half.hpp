@@ -51,10 +51,7 @@ DenoiseReport denoise(const FrameView<Half>& frame, const PixelView<Half, 3>& ou
     require_same_size("denoise: radiance and output", frame.radiance, out);
     if (!error.absent()) require_same_size("denoise: radiance and error", frame.radiance, error);
     const int width = out.width(), height = out.height();
-    const auto check = [&](const auto& plane) {
-        if (!plane.absent()) require_same_size("denoise: radiance and another plane", frame.radiance, plane);
-    };
-    for_each_plane(check, frame);
+    require_equal_sizes("denoise: radiance and another plane", frame);
     std::vector<Half> result(3 * std::size_t(width) * std::size_t(height));
     const PixelView<Half, 3> kept(result.data(), width, height);
     const auto copy = [](const auto& from, const PixelView<Half, 3>& to) {

@@ -3,6 +3,7 @@
 #include <lambent/denoise/usable_frame.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <lambent/film/window_of.hpp>
+#include <algorithm>
 #include <concepts>
 #include <type_traits>
 #include <vector>
@@ -53,16 +54,7 @@ LightDenoiseReport denoise_light(const FrameView<T>& input, const std::type_iden
             "denoise_light: radius must be 1 to 8, stride 1 or 2");
     require_same_size("denoise_light: radiance and output", input.radiance, out);
     if (!error.absent()) require_same_size("denoise_light: radiance and error", input.radiance, error);
-    const auto same_size = [&](const auto&... planes) {
-        const auto check = [&](const auto& plane) {
-            if (!plane.absent()) require_same_size("denoise_light: radiance and another plane", input.radiance, plane);
-        };
-        (check(planes), ...);
-    };
-    same_size(input.samples, input.variance, input.direct, input.root_direct, input.root_direct_variance,
-              input.indirect, input.root_indirect, input.root_indirect_variance, input.albedo, input.albedo_variance,
-              input.normal, input.normal_variance, input.depth, input.depth_variance, input.halves,
-              input.root_direct_halves, input.root_indirect_halves);
+    require_equal_sizes("denoise_light: radiance and another plane", input);
     const detail::UsableFrame<T> usable(input);
     const FrameView<T>& frame = usable.view();
     const int width = out.width(), height = out.height();

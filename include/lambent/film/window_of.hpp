@@ -19,6 +19,15 @@ void for_each_plane(F&& f, Frames&... frames) {
     f(frames.halves...), f(frames.root_direct_halves...), f(frames.root_indirect_halves...);
 }
 
+/// throws lambent::Error when a plane has another size than the radiance
+template <class T>
+void require_equal_sizes(const char* what, const FrameView<T>& frame) {
+    const auto check = [&](const auto& plane) {
+        if (!plane.absent()) require_same_size(what, frame.radiance, plane);
+    };
+    for_each_plane(check, frame);
+}
+
 /// A window of a view, where it lies; absent stays absent.
 /// throws lambent::Error when the window does not lie within it
 template <class T, int C>
