@@ -118,7 +118,7 @@ std::optional<Options> parse_options(int argc, char** argv, const std::string& p
              [&](auto& v) { o.mis = MisHeuristic(to_choice(v, {"power", "balance"})); });
     line.add("--max-depth N", "scattering events, 0 = emission only (unlimited)",
              [&](auto& v) { o.path.max_depth = std::uint32_t(to_integer(v, 0, 0x7fffffff)); });
-    line.add("--roulette-depth N|off", "scattering events before roulette (4)", [&](auto& v) {
+    line.add("--roulette-depth N|off", "scattering events before roulette (2)", [&](auto& v) {
         o.path.roulette_depth = v == "off" ? PathOptions::unlimited : std::uint32_t(to_integer(v, 0, 0x7fffffff));
     });
     line.add("--env F.hdr|F.exr|constant:r,g,b", "light from far away (the scene's)", [&](auto& v) { set_environment(o, v); });

@@ -29,7 +29,7 @@ void for_all_integrators(std::uint32_t max_depth, std::uint32_t roulette_depth, 
         const std::string suffix = on ? ", roulette" : ", no roulette";
         check(PathIntegrator<PathStrategy::both>{options}, n, "both, power" + suffix);
         check(PathIntegrator<PathStrategy::both, MisHeuristic::balance>{options}, n, "both, balance" + suffix);
-        check(PathIntegrator<PathStrategy::light>{options}, 2 * n, "light" + suffix); // noisier near edges
+        check(PathIntegrator<PathStrategy::light>{options}, 6 * n, "light" + suffix); // noisier near edges
         check(PathIntegrator<PathStrategy::bsdf>{options}, n, "bsdf" + suffix);
     }
 }

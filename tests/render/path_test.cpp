@@ -117,20 +117,32 @@ TEST_CASE("S2: ten thousand bounces in a white box, in constant stack, and none 
     CHECK(watched.highest - watched.lowest < 1024);
 }
 
-TEST_CASE("S4: roulette by the throughput: the expected path length is 1 / (1 - albedo)") {
+TEST_CASE("S4: roulette by the throughput: the expected path length, 1 / (1 - albedo) where any path may end") {
     SerialExecutor serial;
-    for (const double albedo : {0.5, 0.8}) {
-        Scene<float> scene;
-        scene.spheres.push_back({{0, 0, 0}, 1, add_material(scene, Vec3f(float(albedo)))});
-        const PreparedScene<float> prepared(scene, serial);
-        const Camera camera{{0.3, 0.2, 0.1}, {0, 0, -1}, {0, 1, 0}, 90, ""};
-        constexpr int paths = 16 * 16 * 256;
-        const Estimate e = image_mean(prepared, camera, {16, 16}, PathIntegrator<PathStrategy::bsdf>{{PathOptions::unlimited, 1}}, 1,
-                                      256, independent);
-        const double length = e.rays / paths, expected = 1 / (1 - albedo);
-        MESSAGE("albedo " << albedo << ": " << length << " rays a path of " << expected);
-        CHECK(std::abs(length - expected) < max_z * std::sqrt(albedo) / (1 - albedo) / std::sqrt(paths));
-    }
+    for (const double albedo : {0.5, 0.8})
+        for (const float strength : {1.0f, 0.4f}) {
+            Scene<float> scene;
+            scene.spheres.push_back({{0, 0, 0}, 1, add_material(scene, Vec3f(float(albedo)))});
+            const PreparedScene<float> prepared(scene, serial);
+            const Camera camera{{0.3, 0.2, 0.1}, {0, 0, -1}, {0, 1, 0}, 90, ""};
+            constexpr int paths = 16 * 16 * 256;
+            const PathIntegrator<PathStrategy::bsdf> integrator{{PathOptions::unlimited, 1, strength}};
+            const Estimate e = image_mean(prepared, camera, {16, 16}, integrator, 1, 256, independent);
+            // Sums over n of P(length >= n) and of (2n - 1) P(length >= n).
+            double expected = 0, square = 0, carried = 1, alive = 1;
+            for (int n = 1; n < 1000; ++n) {
+                expected += alive;
+                square += (2 * n - 1) * alive;
+                carried *= albedo;
+                const double survival = std::min(carried / double(strength), 0.99);
+                alive *= survival;
+                carried /= survival;
+            }
+            const double length = e.rays / paths;
+            MESSAGE("albedo " << albedo << ", strength " << strength << ": " << length << " rays a path of " << expected);
+            CHECK(std::abs(length - expected) < max_z * std::sqrt(square - expected * expected) / std::sqrt(paths));
+            if (strength == 1.0f) CHECK(expected == doctest::Approx(1 / (1 - albedo)));
+        }
 }
 
 TEST_CASE("S6: multiple importance sampling: no more fireflies than light sampling, variance at most 1.1 of the better") {

@@ -21,7 +21,9 @@ enum class MisHeuristic : std::uint8_t { power, balance };
 /// How long paths may be.
 struct PathOptions {
     std::uint32_t max_depth = unlimited;  ///< scattering events of a path; 0 = emission only
-    std::uint32_t roulette_depth = 4;     ///< scattering events before roulette may end a path; `unlimited` = never
+    std::uint32_t roulette_depth = 2;     ///< scattering events before roulette may end a path; `unlimited` = never
+    float roulette_strength = 1.0f / 3;   ///< of a path (the largest channel of what it carries on): roulette may end
+                                          ///< weaker ones, and gives this to those that survive
     static constexpr std::uint32_t unlimited = std::numeric_limits<std::uint32_t>::max();
 };
 
@@ -222,7 +224,7 @@ private:
         const T strength = max_component(path.throughput) * path.eta_scale;
         if (!(strength > 0)) return;
         if (path.depth >= options.roulette_depth) {
-            const T survival = std::clamp(strength, T(0.05), T(0.99)); // white mazes end too
+            const T survival = std::clamp(strength / T(options.roulette_strength), T(0.05), T(0.99)); // white mazes end too
             const bool survived = stream.get_1d(base + dimensions::roulette) < survival;
             path.listener.roulette(path, survival, survived);
             if (!survived) return;
