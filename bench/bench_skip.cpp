@@ -98,17 +98,17 @@ struct HandCut {
     Surface<float> surface(const Ray<float>& ray, const Hit<float>& hit) const {
         const Scene<float>& data = scene.scene();
         const UVec3 t = data.triangles[hit.primitive];
-        const Vec3f a = data.positions[t[0]], b = data.positions[t[1]], c = data.positions[t[2]];
-        const Vec3f p0 = a * (1 - hit.u - hit.v), p1 = b * hit.u, p2 = c * hit.v;
-        const Vec3f n = robust_cross(b - a, c - a);
+        const auto a = to_lanes(data.positions[t[0]]), b = to_lanes(data.positions[t[1]]), c = to_lanes(data.positions[t[2]]);
+        const auto p0 = a * Lanes3<float>(1 - hit.u - hit.v), p1 = b * Lanes3<float>(hit.u), p2 = c * Lanes3<float>(hit.v);
+        const auto n = robust_cross(b - a, c - a);
         Surface<float> s;
         s.material = data.triangle_materials[hit.primitive];
         const Material& material = data.materials[s.material];
         s.wo = -ray.direction;
         s.distance = hit.t;
-        s.position = p0 + p1 + p2;
-        s.position_error = triangle_error(p0, p1, p2, {a, b, c});
-        s.geometric_normal = n / std::sqrt(dot(n, n));
+        s.position = to_vec(p0 + p1 + p2);
+        s.position_error = to_vec(triangle_error(p0, p1, p2, triangle_extent(b - a, c - a)));
+        s.geometric_normal = to_vec(n / Lanes3<float>(std::sqrt(dot(n, n))));
         s.front = dot(s.geometric_normal, s.wo) >= 0;
         if (!s.front) s.geometric_normal = -s.geometric_normal;
         s.shading_normal = s.geometric_normal;

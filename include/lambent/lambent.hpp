@@ -50,6 +50,7 @@
 #include <lambent/core/simd_order.hpp>
 #include <lambent/core/sincos.hpp>
 #include <lambent/core/vec.hpp>
+#include <lambent/core/vec_lanes.hpp>
 #include <lambent/denoise/atrous.hpp>
 #include <lambent/denoise/bilateral_lines.hpp>
 #include <lambent/denoise/bilateral_weights.hpp>

@@ -330,6 +330,21 @@ TEST_CASE("samplers: values depend on nothing but (pixel, sample, dimension, see
     });
 }
 
+TEST_CASE_TEMPLATE("sobol: four dimensions at once are the four one by one", T, float, double) {
+    const SobolSampler<T> sampler(3);
+    Random random(17);
+    for (int i = 0; i < 100000; ++i) {
+        const auto number = [&] { return std::uint32_t(random.uniform() * 0x1p32); };
+        const auto stream = sampler.at(number() >> 12, number() >> 12, i < 50000 ? number() : number() & 255u);
+        const std::uint32_t base = number() >> (i % 2 == 0 ? 28 : 1);
+        const auto four = stream.get_2d_of_four(base);
+        for (std::uint32_t d = 0; d < 4; ++d) {
+            REQUIRE(four[d] == stream.get_2d(base + d));
+            REQUIRE(four[d].x == stream.get_1d(base + d));
+        }
+    }
+}
+
 TEST_CASE("samplers: a path with roulette is unbiased at every number of samples") {
     // Each vertex emits 2y and survives by roulette with chance q; throughput takes albedo · (0.5 + x) / q.
     constexpr double albedo = 0.8, q = 0.7;

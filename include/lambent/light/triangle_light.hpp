@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/numerics.hpp>
+#include <lambent/core/vec_lanes.hpp>
 #include <lambent/light/light_bounds.hpp>
 #include <lambent/light/light_sample.hpp>
 #include <lambent/sampling/warp.hpp>
@@ -11,12 +12,14 @@ inline namespace LAMBENT_ABI {
 
 /// Bound, an axis each, on the error of a point p0 + p1 + p2 of a triangle (its vertices times their weights),
 /// and on that of the distance at which a ray that starts there would meet the triangle again: the latter
-/// grows with the triangle's extent, also where the point itself is exact.
+/// grows with the triangle's extent (along its two edges at the first vertex), also where the point itself is exact.
 template <class T>
-inline Vec3<T> triangle_error(const Vec3<T>& p0, const Vec3<T>& p1, const Vec3<T>& p2,
-                              const std::array<Vec3<T>, 3>& vertices) {
-    const Vec3<T> extent = max(abs(vertices[1] - vertices[0]), abs(vertices[2] - vertices[0]));
-    return gamma_bound<T>(7) * (abs(p0) + abs(p1) + abs(p2)) + Vec3<T>(gamma_bound<T>(4) * max_component(extent));
+inline Lanes3<T> triangle_error(Lanes3<T> p0, Lanes3<T> p1, Lanes3<T> p2, T extent) {
+    return multiply_add(abs(p0) + abs(p1) + abs(p2), Lanes3<T>(gamma_bound<T>(7)), Lanes3<T>(gamma_bound<T>(4) * extent));
+}
+template <class T>
+inline T triangle_extent(Lanes3<T> first_edge, Lanes3<T> second_edge) {
+    return largest(max(abs(first_edge), abs(second_edge)));
 }
 
 /// A triangle that emits, sampled uniformly over its area. Radiance is the caller's to fill in: it may vary
@@ -24,7 +27,9 @@ inline Vec3<T> triangle_error(const Vec3<T>& p0, const Vec3<T>& p1, const Vec3<T
 template <class T>
 class TriangleLight {
 public:
-    explicit TriangleLight(const std::array<Vec3<T>, 3>& vertices) : vertices_(vertices) {
+    explicit TriangleLight(const std::array<Vec3<T>, 3>& vertices)
+        : vertices_(vertices),
+          extent_(triangle_extent(to_lanes(vertices[1] - vertices[0]), to_lanes(vertices[2] - vertices[0]))) {
         const Vec3<T> doubled_area = robust_cross(vertices[1] - vertices[0], vertices[2] - vertices[0]);
         const T size2 = dot(doubled_area, doubled_area);
         if (size2 > T(1e-30) && size2 < T(1e30)) {
@@ -68,14 +73,15 @@ public:
     LightSample<T> sample(const Vec3<T>& from, const Vec2<T>& u, Vec2<T>& barycentric, bool& front) const {
         LightSample<T> s;
         barycentric = square_to_triangle(u);
-        const Vec3<T> p0 = vertices_[0] * (1 - barycentric.x - barycentric.y);
-        const Vec3<T> p1 = vertices_[1] * barycentric.x, p2 = vertices_[2] * barycentric.y;
-        s.target = p0 + p1 + p2;
-        s.target_error = triangle_error(p0, p1, p2, vertices_);
-        const Vec3<T> to_light = s.target - from;
+        const Lanes3<T> p0 = to_lanes(vertices_[0]) * Lanes3<T>(1 - barycentric.x - barycentric.y);
+        const Lanes3<T> p1 = to_lanes(vertices_[1]) * Lanes3<T>(barycentric.x);
+        const Lanes3<T> p2 = to_lanes(vertices_[2]) * Lanes3<T>(barycentric.y);
+        const Lanes3<T> target = p0 + p1 + p2, to_light = target - to_lanes(from);
+        s.target = to_vec(target);
+        s.target_error = to_vec(triangle_error(p0, p1, p2, extent_));
         const T distance2 = dot(to_light, to_light);
         if (!(distance2 > 0)) return s;
-        s.wi = to_light / std::sqrt(distance2);
+        s.wi = to_vec(to_light / Lanes3<T>(std::sqrt(distance2)));
         s.target_normal = normal_;
         front = dot(normal_, s.wi) < 0;
         s.pdf = pdf(distance2, s.wi);
@@ -84,6 +90,7 @@ public:
 
 private:
     std::array<Vec3<T>, 3> vertices_;
+    T extent_;
     Vec3<T> normal_{0};
     T area_ = 0;
 };

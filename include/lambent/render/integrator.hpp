@@ -53,6 +53,23 @@ inline Hit<T> camera_hit(const S& scene, const Ray<T>& ray) {
     else return scene.intersect(ray);
 }
 
+/// What a vertex whose dimensions begin at `base` draws; at once where the stream can.
+template <class T>
+struct VertexNumbers {
+    Vec2<T> light, direction;
+    T lobe, roulette;
+};
+template <class Stream, class T = typename Stream::Scalar>
+VertexNumbers<T> vertex_numbers(const Stream& stream, std::uint32_t base) {
+    if constexpr (requires { stream.get_2d_of_four(base); }) {
+        const auto u = stream.get_2d_of_four(base);
+        return {u[dimensions::light], u[dimensions::direction], u[dimensions::lobe].x, u[dimensions::roulette].x};
+    } else {
+        return {stream.get_2d(base + dimensions::light), stream.get_2d(base + dimensions::direction),
+                stream.get_1d(base + dimensions::lobe), stream.get_1d(base + dimensions::roulette)};
+    }
+}
+
 /// Calls f(bsdf) with how light scatters at a surface, not at all where it doesn't: a scene may have BSDFs of its own.
 template <class S, class T, class F>
 void with_bsdf(const S& scene, const Surface<T>& surface, F&& f) {

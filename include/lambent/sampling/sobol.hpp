@@ -1,16 +1,28 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <lambent/sampling/hash.hpp>
 #include <lambent/sampling/sampler.hpp>
+#include <type_traits>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
 namespace detail {
 
-constexpr std::uint32_t reverse_bits(std::uint32_t x) {
-    x = __builtin_bswap32(x);
+/// Four numbers side by side, on the compilers' vector extension.
+using FourWords [[gnu::vector_size(16)]] = std::uint32_t;
+
+/// Of a number, or of each of FourWords; so with what follows.
+template <class W>
+constexpr W reverse_bits(W x) {
+    if constexpr (std::is_same_v<W, std::uint32_t>) {
+        x = __builtin_bswap32(x);
+    } else {
+        x = (x & 0x00ff00ffu) << 8 | (x >> 8 & 0x00ff00ffu);
+        x = x << 16 | x >> 16;
+    }
     x = (x & 0x0f0f0f0fu) << 4 | (x >> 4 & 0x0f0f0f0fu);
     x = (x & 0x33333333u) << 2 | (x >> 2 & 0x33333333u);
     return (x & 0x55555555u) << 1 | (x >> 1 & 0x55555555u);
@@ -19,7 +31,8 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) {
 /// Owen's scrambling of a number whose bits stand in reverse, most significant lowest: each bit is flipped or
 /// not by a hash of the seed and the bits below it, which is what a carry does.
 /// source  the idea: Laine, Karras, EGSR 2011; the multipliers: Vegdahl, "Building a better LK hash" (2021)
-constexpr std::uint32_t owen_scramble_reversed(std::uint32_t x, std::uint32_t seed) {
+template <class W>
+constexpr W owen_scramble_reversed(W x, W seed) {
     x ^= x * 0x3d20adeau;
     x += seed;
     x *= (seed >> 16) | 1u;
@@ -30,7 +43,8 @@ constexpr std::uint32_t owen_scramble_reversed(std::uint32_t x, std::uint32_t se
 
 /// Sobol's second dimension, bits in reverse. Its matrix is Pascal's triangle modulo 2, where entry (j, i) is
 /// odd if and only if the bits of j are among those of i: a sum over supersets, five steps instead of 32.
-constexpr std::uint32_t sobol_second_reversed(std::uint32_t index) {
+template <class W>
+constexpr W sobol_second_reversed(W index) {
     index ^= index >> 1 & 0x55555555u;
     index ^= index >> 2 & 0x33333333u;
     index ^= index >> 4 & 0x0f0f0f0fu;
@@ -110,6 +124,33 @@ public:
             const detail::TileShift& shift = tile_shift(key);
             return {unit(detail::owen_scramble_reversed(index ^ shift.x, std::uint32_t(key))),
                     unit(detail::owen_scramble_reversed(second ^ shift.y, std::uint32_t(key >> 32)))};
+        }
+
+        /// get_2d() of four dimensions from this one on, whose first numbers are get_1d()'s: for the price of two.
+        std::array<Vec2<T>, 4> get_2d_of_four(std::uint32_t dimension) const {
+            using Four = detail::FourWords;
+            Four index_seed, place_seed, low, high;
+            for (int i = 0; i < 4; ++i) {
+                const std::uint64_t key = derive_key(key_, dimension + std::uint32_t(i)), seeds = key * golden_ratio_64;
+                index_seed[i] = std::uint32_t(seeds >> 32);
+                place_seed[i] = std::uint32_t(seeds >> 24);
+                low[i] = std::uint32_t(key);
+                high[i] = std::uint32_t(key >> 32);
+            }
+            const Four first = detail::reverse_bits(detail::owen_scramble_reversed(Four{} + reversed_index_, index_seed));
+            const Four second = detail::sobol_second_reversed(first);
+            const Four place = detail::owen_scramble_reversed(Four{} + place_, place_seed) & 63u;
+            Four shift_x, shift_y;
+            for (int i = 0; i < 4; ++i) {
+                shift_x[i] = detail::tile_shifts[place[i]].x;
+                shift_y[i] = detail::tile_shifts[place[i]].y;
+            }
+            const Four x = detail::reverse_bits(detail::owen_scramble_reversed(first ^ shift_x, low));
+            const Four y = detail::reverse_bits(detail::owen_scramble_reversed(second ^ shift_y, high));
+            std::array<Vec2<T>, 4> numbers;
+            for (int i = 0; i < 4; ++i)
+                numbers[std::size_t(i)] = {to_unit<T>(std::uint32_t(x[i])), to_unit<T>(std::uint32_t(y[i]))};
+            return numbers;
         }
 
     private:

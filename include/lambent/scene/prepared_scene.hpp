@@ -4,6 +4,7 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/pyramid.hpp>
 #include <lambent/core/ray.hpp>
+#include <lambent/core/vec_lanes.hpp>
 #include <lambent/light/light_sample.hpp>
 #include <lambent/light/triangle_light.hpp>
 #include <lambent/sampling/hash.hpp>
@@ -15,6 +16,7 @@
 #include <lambent/scene/smooth_lift.hpp>
 #include <lambent/scene/surface.hpp>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <vector>
@@ -116,12 +118,12 @@ public:
             const UVec3 t = scene_.triangles[hit.primitive];
             s.material = scene_.triangle_materials[hit.primitive];
             const T w = 1 - hit.u - hit.v;
-            const Vec3<T> p0 = scene_.positions[t[0]] * w, p1 = scene_.positions[t[1]] * hit.u,
-                          p2 = scene_.positions[t[2]] * hit.v;
-            s.position = p0 + p1 + p2;
-            s.position_error = triangle_error(p0, p1, p2, {scene_.positions[t[0]], scene_.positions[t[1]],
-                                                           scene_.positions[t[2]]});
-            s.geometric_normal = triangle_normal(hit.primitive);
+            const std::array<Lanes3<T>, 3> corner = corners(t);
+            const Lanes3<T> p0 = corner[0] * Lanes3<T>(w), p1 = corner[1] * Lanes3<T>(hit.u), p2 = corner[2] * Lanes3<T>(hit.v);
+            s.position = to_vec(p0 + p1 + p2);
+            const Lanes3<T> first_edge = corner[1] - corner[0], second_edge = corner[2] - corner[0];
+            s.position_error = to_vec(triangle_error(p0, p1, p2, triangle_extent(first_edge, second_edge)));
+            s.geometric_normal = unit_normal(first_edge, second_edge);
             s.shading_normal = s.geometric_normal;
             if (!scene_.normals.empty()) {
                 const Vec3<T> n = interpolate(scene_.normals, t, hit.u, hit.v);
@@ -241,20 +243,26 @@ private:
                               {normal(0), normal(1), normal(2)}, barycentric, s.geometric_normal * side);
     }
 
-    /// Unit normal of the front. The tree holds no triangle without area, but the product may still vanish.
+    std::array<Lanes3<T>, 3> corners(const UVec3& t) const {
+        return {to_lanes(scene_.positions[t[0]]), to_lanes(scene_.positions[t[1]]), to_lanes(scene_.positions[t[2]])};
+    }
+
     Vec3<T> triangle_normal(std::uint32_t triangle) const {
-        const UVec3 t = scene_.triangles[triangle];
-        const Vec3<T> a = scene_.positions[t[1]] - scene_.positions[t[0]];
-        const Vec3<T> b = scene_.positions[t[2]] - scene_.positions[t[0]];
+        const std::array<Lanes3<T>, 3> corner = corners(scene_.triangles[triangle]);
+        return unit_normal(corner[1] - corner[0], corner[2] - corner[0]);
+    }
+
+    /// Of the front. The tree holds no triangle without area, but the product of its edges may still vanish.
+    static Vec3<T> unit_normal(Lanes3<T> first_edge, Lanes3<T> second_edge) {
         constexpr T tiny = T(1e-24), huge = T(1e24);
-        Vec3<T> n = robust_cross(a, b);
+        Lanes3<T> n = robust_cross(first_edge, second_edge);
         T size2 = dot(n, n);
         if (!(size2 > tiny) || !(size2 < huge)) { // what is squared here could under- or overflow
-            const T scale = glm::max(max_component(abs(a)), max_component(abs(b)));
-            n = robust_cross(a / scale, b / scale);
+            const Lanes3<T> scale(triangle_extent(first_edge, second_edge));
+            n = robust_cross(first_edge / scale, second_edge / scale);
             size2 = dot(n, n);
         }
-        return size2 > 0 ? n / std::sqrt(size2) : Vec3<T>(0, 0, 1);
+        return size2 > 0 ? to_vec(n / Lanes3<T>(std::sqrt(size2))) : Vec3<T>(0, 0, 1);
     }
 
     const Scene<T>& scene_;

@@ -2,6 +2,7 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/ray.hpp>
 #include <lambent/core/vec.hpp>
+#include <lambent/core/vec_lanes.hpp>
 #include <lambent/material/standard.hpp>
 #include <cstdint>
 #include <limits>
@@ -34,13 +35,12 @@ struct Surface {
 template <class T>
 inline Vec3<T> leave_surface(const Vec3<T>& position, const Vec3<T>& error, const Vec3<T>& normal,
                              const Vec3<T>& direction) {
-    const T distance = dot(abs(normal), error);
-    const Vec3<T> offset = (dot(direction, normal) < 0 ? -distance : distance) * normal;
-    const Vec3<T> p = position + offset;
+    const Lanes3<T> n = to_lanes(normal), p = to_lanes(position);
+    const T distance = dot(abs(n), to_lanes(error));
+    const Lanes3<T> offset = Lanes3<T>(dot(to_lanes(direction), n) < 0 ? -distance : distance) * n, moved = p + offset;
     // Farther by |p| · epsilon, which is one or two units in the last place: without branches, unlike next_up().
-    constexpr T unit = std::numeric_limits<T>::epsilon();
-    const auto nudged = [](T x, T by) { return by == 0 ? x : x + std::copysign(std::abs(x) * unit, by); };
-    return {nudged(p.x, offset.x), nudged(p.y, offset.y), nudged(p.z, offset.z)};
+    const Lanes3<T> farther = moved + copysign(moved * Lanes3<T>(std::numeric_limits<T>::epsilon()), offset);
+    return to_vec(select(offset == Lanes3<T>(T(0)), moved, farther));
 }
 
 /// How a ray may leave a surface: from its position; from where its lift leads; or not at all.
