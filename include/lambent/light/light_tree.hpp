@@ -6,6 +6,7 @@
 #include <lambent/light/light_tree_split.hpp>
 #include <lambent/sampling/hash.hpp>
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -56,17 +57,18 @@ public:
         if (empty()) return s;
         T probability = 1;
         for (std::uint32_t node = 0;;) {
-            T weights[width];
-            const T total = weigh(nodes_[node], point, normal, weights);
+            const P shares = weigh(nodes_[node], point, normal);
+            const T total = sum(shares);
             if (!(total > 0)) return s;
+            T weights[width];
+            shares.store(weights);
             const T target = u * total;
             T below = 0;
-            int lane = -1;
-            for (int i = 0; i < width; ++i) { // the last one that starts at or before the target, and has a share
-                if (!(weights[i] > 0)) continue;
-                if (lane >= 0 && below + weights[lane] > target) break;
-                if (lane >= 0) below += weights[lane];
-                lane = i;
+            unsigned left = bits(shares > P(T(0)));
+            int lane = std::countr_zero(left); // the last one that starts at or before the target, and has a share
+            while ((left &= left - 1) != 0 && below + weights[lane] <= target) {
+                below += weights[lane];
+                lane = std::countr_zero(left);
             }
             probability *= weights[lane] / total;
             u = std::clamp((target - below) / weights[lane], T(0), one_minus_epsilon<T>);
@@ -88,11 +90,10 @@ public:
         if (trail == no_trail) return 0;
         T probability = 1;
         for (std::uint32_t node = 0;; trail >>= lane_bits) {
-            T weights[width];
-            const T total = weigh(nodes_[node], point, normal, weights);
-            const auto lane = std::size_t(trail & (width - 1));
-            if (!(weights[lane] > 0)) return 0;
-            probability *= weights[lane] / total;
+            const P shares = weigh(nodes_[node], point, normal);
+            const auto lane = int(trail & (width - 1));
+            if (!(shares[lane] > 0)) return 0;
+            probability *= shares[lane] / sum(shares);
             const std::uint32_t child = nodes_[node].children[lane];
             if ((child & leaf_bit) != 0) return probability;
             node = child;
@@ -113,9 +114,9 @@ private:
         std::uint32_t children[width];      ///< a node, or with leaf_bit a light
     };
 
-    /// Bound on the contribution of each child, up to a common factor. Returns their sum.
+    /// Bound on the contribution of each child, up to a common factor.
     /// An angle less another, not below 0, is worked out by its cosine and sine.
-    static T weigh(const Node& node, const Vec3<T>& point, const Vec3<T>& normal, T (&weights)[width]) {
+    static P weigh(const Node& node, const Vec3<T>& point, const Vec3<T>& normal) {
         const P zero(T(0)), one(T(1));
         const P x = P(point.x) - P::load(node.center[0]), y = P(point.y) - P::load(node.center[1]),
                 z = P(point.z) - P::load(node.center[2]); // from the light to the point
@@ -148,9 +149,7 @@ private:
             const P received = select(inside | (cos_in >= cos_size), one, multiply_add(cos_in, cos_size, sin_in * sin_size));
             weight = select(received > zero, weight * received, zero);
         }
-        weight.store(weights);
-        return ((weights[0] + weights[1]) + (weights[2] + weights[3])) +
-               ((weights[4] + weights[5]) + (weights[6] + weights[7]));
+        return weight;
     }
 
     /// Makes the node of these lights and all below it, which come after it. Returns its bounds.
