@@ -167,6 +167,38 @@ TEST_CASE("blend_with_input: bright pixels that are sure of themselves come back
     for (const float v : out.values()) CHECK(v >= 0);
 }
 
+TEST_CASE("blend_with_input: light that few samples bring does not come back as dots") {
+    // One sample in twenty brings nearly all of it: of 64, a pixel has the mean and the variance of about three.
+    constexpr int side = 96, samples = 64;
+    constexpr double chance = 0.05;
+    Random random(5);
+    Plane<float, 3> noisy(side, side), variance(side, side), out(side, side, 1.0f);
+    for (int y = 0; y < side; ++y)
+        for (int x = 0; x < side; ++x) {
+            double mean = 0, square = 0;
+            for (int i = 0; i < samples; ++i) {
+                const double v = random.uniform() < chance ? random.uniform(0, 2) / chance : 0.0;
+                mean += v / samples;
+                square += v * v / samples;
+            }
+            noisy.view().store(x, y, Vec3f(float(mean)));
+            variance.view().store(x, y, Vec3f(float((square - mean * mean) / (samples - 1))));
+        }
+    SerialExecutor serial;
+    blend_with_input<float>(out.view(), noisy.view(), variance.view(), samples, serial);
+    int dots = 0;
+    double square = 0;
+    for (int y = 0; y < side; ++y)
+        for (int x = 0; x < side; ++x) {
+            const double off = double(out.load(x, y).x) - 1;
+            dots += std::abs(off) > 0.3;
+            square += off * off / (side * side);
+        }
+    MESSAGE(dots << " dots, mean square " << square);
+    CHECK(dots <= side * side / 500);
+    CHECK(square < 5e-4);
+}
+
 TEST_CASE("denoised_error: 95 % intervals hold the truth in 90 to 98 % of all values, and are not wide for that") {
     const LitWall wall;
     SerialExecutor serial;

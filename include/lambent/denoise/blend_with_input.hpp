@@ -11,14 +11,16 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 
 namespace detail {
-inline constexpr int blend_reach = 3; ///< of blend_with_input(), in pixels
+inline constexpr int blend_reach = 4; ///< of blend_with_input(), in pixels
 } // namespace detail
 
 /// Puts back into the filtered `clean` as much of its input `noisy` as their difference exceeds the input's noise,
 /// which is where the filter errs: the share 1 - 2 · variance / difference² (3 below 16 samples), of means over 3 x 3
-/// pixels, at least 0. A pixel whose samples agree with each other, but not with a filter that made it more than twice
-/// or less than half as bright, is believed alone where it is one of three in its 3 x 3 pixels. Neither where all that
-/// these pixels lack is less than a third of what one bright sample brings, by the variances around. As the noise goes
+/// pixels, at least 0, and no more than without the pixel of them that differs most, or with the variance over 5 x 5:
+/// where light is rare, few pixels know nothing of their noise. A pixel whose samples agree with each other, but not
+/// with a filter that made it more than twice or less than half as bright, is believed alone where it is one of three
+/// in its 3 x 3 pixels. Neither where all that these pixels lack is less than a third of what one bright sample
+/// brings, by the variances around. As the noise goes
 /// to 0 the result becomes the input, whatever the filter did, but never less than black.
 /// variance of the means in `noisy`; pixels that are not finite stay as the filter left them
 /// samples  in a pixel, on the whole: below 2 there is no variance and nothing is done, below 8 agreement means nothing
@@ -54,6 +56,8 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
     };
     const Plane<T, 1> noise =
         box_mean<T>(width, height, 1, [&](int x, int y) { return relative(x, y, noise2(x, y)); }, executor);
+    const Plane<T, 1> noise_around =
+        box_mean<T>(width, height, 2, [&](int x, int y) { return relative(x, y, noise2(x, y)); }, executor);
     const Plane<T, 1> difference =
         box_mean<T>(width, height, 1, [&](int x, int y) { return relative(x, y, difference2(x, y)); }, executor);
     const Plane<T, 1> lack = box_mean<T>(width, height, 1, [&](int x, int y) {
@@ -75,12 +79,28 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
             for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u) count += sure.load(u, v);
         return count;
     };
+    // A window in which one pixel makes all the difference says no more than that pixel: it has to hold without it too.
+    const auto share_by_means = [&](int x, int y) {
+        const T by_all = margin * std::max(noise.load(x, y), noise_around.load(x, y)) /
+                         std::max(difference.load(x, y), T(1e-20));
+        if (by_all >= 1) return T(0);
+        T noise_sum = 0, difference_sum = 0, most = 0, its_noise = 0;
+        for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
+            for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u) {
+                const T n = relative(u, v, noise2(u, v)), d = relative(u, v, difference2(u, v));
+                noise_sum += n;
+                difference_sum += d;
+                if (d > most) most = d, its_noise = n;
+            }
+        const T by_others = margin * (noise_sum - its_noise) / std::max(difference_sum - most, T(1e-20));
+        return T(1) - std::max(by_all, by_others);
+    };
     Plane<T, 1> shares(width, height);
     executor.parallel_for(std::size_t(height), 16, [&](std::size_t begin, std::size_t end) {
         for (int y = int(begin); y < int(end); ++y)
             for (int x = 0; x < width; ++x) {
                 if (!usable(x, y)) continue;
-                T share = T(1) - margin * noise.load(x, y) / std::max(difference.load(x, y), T(1e-20));
+                T share = share_by_means(x, y);
                 if (sure.load(x, y) != 0 && sure_around(x, y) >= 3)
                     share = std::max(share, T(1) - T(9) * noise2(x, y) / difference2(x, y));
                 if (!(share > 0)) continue;
