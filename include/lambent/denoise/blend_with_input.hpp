@@ -54,12 +54,17 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
         const double b = double(bright.load(x, y)), unit = b * b + 1e-3 * whole * whole;
         return unit > 0 ? T(double(square) / unit) : T(0);
     };
-    const Plane<T, 1> noise =
-        box_mean<T>(width, height, 1, [&](int x, int y) { return relative(x, y, noise2(x, y)); }, executor);
-    const Plane<T, 1> noise_around =
-        box_mean<T>(width, height, 2, [&](int x, int y) { return relative(x, y, noise2(x, y)); }, executor);
-    const Plane<T, 1> difference =
-        box_mean<T>(width, height, 1, [&](int x, int y) { return relative(x, y, difference2(x, y)); }, executor);
+    Plane<T, 1> own_noise(width, height), own_difference(width, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            own_noise.view().store(x, y, relative(x, y, noise2(x, y)));
+            own_difference.view().store(x, y, relative(x, y, difference2(x, y)));
+        }
+    const auto mean_around = [&](int radius, const Plane<T, 1>& plane) {
+        return box_mean<T>(width, height, radius, [&](int x, int y) { return plane.load(x, y); }, executor);
+    };
+    const Plane<T, 1> noise = mean_around(1, own_noise), noise_around = mean_around(2, own_noise);
+    const Plane<T, 1> difference = mean_around(1, own_difference);
     const Plane<T, 1> lack = box_mean<T>(width, height, 1, [&](int x, int y) {
         return usable(x, y) ? std::max(T(0), sum(clean.load(x, y)) - sum(noisy.load(x, y))) : T(0);
     }, executor);
@@ -87,7 +92,7 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
         T noise_sum = 0, difference_sum = 0, most = 0, its_noise = 0;
         for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
             for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u) {
-                const T n = relative(u, v, noise2(u, v)), d = relative(u, v, difference2(u, v));
+                const T n = own_noise.load(u, v), d = own_difference.load(u, v);
                 noise_sum += n;
                 difference_sum += d;
                 if (d > most) most = d, its_noise = n;
