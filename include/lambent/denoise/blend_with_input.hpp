@@ -20,8 +20,8 @@ inline constexpr int blend_reach = 4; ///< of blend_with_input(), in pixels
 /// where light is rare, few pixels know nothing of their noise. A pixel whose samples agree with each other, but not
 /// with a filter that made it more than twice or less than half as bright, is believed alone where it is one of three
 /// in its 3 x 3 pixels. Neither where all that these pixels lack is less than a third of what one bright sample
-/// brings, by the variances around. As the noise goes
-/// to 0 the result becomes the input, whatever the filter did, but never less than black.
+/// brings, by the variances around. As the noise goes to 0 the result becomes the input, whatever the filter did, but
+/// never less than black.
 /// variance of the means in `noisy`; pixels that are not finite stay as the filter left them
 /// samples  in a pixel, on the whole: below 2 there is no variance and nothing is done, below 8 agreement means nothing
 /// light    mean of the channels' sum over the image that `clean` is a part of; 0: over `clean`. Pixels that are much
@@ -55,11 +55,13 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
         return unit > 0 ? T(double(square) / unit) : T(0);
     };
     Plane<T, 1> own_noise(width, height), own_difference(width, height);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            own_noise.view().store(x, y, relative(x, y, noise2(x, y)));
-            own_difference.view().store(x, y, relative(x, y, difference2(x, y)));
-        }
+    executor.parallel_for(std::size_t(height), 16, [&](std::size_t begin, std::size_t end) {
+        for (int y = int(begin); y < int(end); ++y)
+            for (int x = 0; x < width; ++x) {
+                own_noise.view().store(x, y, relative(x, y, noise2(x, y)));
+                own_difference.view().store(x, y, relative(x, y, difference2(x, y)));
+            }
+    });
     const auto mean_around = [&](int radius, const Plane<T, 1>& plane) {
         return box_mean<T>(width, height, radius, [&](int x, int y) { return plane.load(x, y); }, executor);
     };

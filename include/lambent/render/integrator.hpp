@@ -5,8 +5,10 @@
 #include <lambent/material/standard.hpp>
 #include <lambent/sampling/sampler.hpp>
 #include <lambent/scene/render_scene.hpp>
+#include <array>
 #include <concepts>
 #include <cstdint>
+#include <type_traits>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -53,22 +55,37 @@ inline Hit<T> camera_hit(const S& scene, const Ray<T>& ray) {
     else return scene.intersect(ray);
 }
 
-/// What a vertex whose dimensions begin at `base` draws; at once where the stream can.
-template <class T>
-struct VertexNumbers {
-    Vec2<T> light, direction;
-    T lobe, roulette;
-};
-template <class Stream, class T = typename Stream::Scalar>
-VertexNumbers<T> vertex_numbers(const Stream& stream, std::uint32_t base) {
-    if constexpr (requires { stream.get_2d_of_four(base); }) {
-        const auto u = stream.get_2d_of_four(base);
-        return {u[dimensions::light], u[dimensions::direction], u[dimensions::lobe].x, u[dimensions::roulette].x};
-    } else {
-        return {stream.get_2d(base + dimensions::light), stream.get_2d(base + dimensions::direction),
-                stream.get_1d(base + dimensions::lobe), stream.get_1d(base + dimensions::roulette)};
+/// What a vertex whose dimensions begin at `base` draws: at once where the stream is faster so, else when asked for.
+/// Refers to the stream.
+template <class Stream>
+class VertexNumbers {
+    static constexpr bool at_once = requires { requires Stream::four_at_once; };
+    struct Nothing {};
+
+public:
+    using T = typename Stream::Scalar;
+
+    VertexNumbers(const Stream& stream, std::uint32_t base) : stream_(stream), base_(base) {
+        if constexpr (at_once) numbers_ = stream.get_2d_of_four(base);
     }
-}
+    Vec2<T> light() const { return get_2d(dimensions::light); }
+    Vec2<T> direction() const { return get_2d(dimensions::direction); }
+    T lobe() const { return get_1d(dimensions::lobe); }
+    T roulette() const { return get_1d(dimensions::roulette); }
+
+private:
+    Vec2<T> get_2d(std::uint32_t dimension) const {
+        if constexpr (at_once) return numbers_[dimension];
+        else return stream_.get_2d(base_ + dimension);
+    }
+    T get_1d(std::uint32_t dimension) const {
+        if constexpr (at_once) return numbers_[dimension].x;
+        else return stream_.get_1d(base_ + dimension);
+    }
+    const Stream& stream_;
+    std::uint32_t base_;
+    [[no_unique_address]] std::conditional_t<at_once, std::array<Vec2<T>, 4>, Nothing> numbers_;
+};
 
 /// Calls f(bsdf) with how light scatters at a surface, not at all where it doesn't: a scene may have BSDFs of its own.
 template <class S, class T, class F>

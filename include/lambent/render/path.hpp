@@ -150,14 +150,14 @@ private:
     /// Next-event estimation and the next direction at a surface.
     template <class S, class T, class L, class B, class Stream>
     void meet(const S& scene, PathState<T, L>& path, const Surface<T>& surface, const B& bsdf, const Stream& stream) const {
-        const auto u = detail::vertex_numbers(stream, dimensions::first_vertex + dimensions::per_vertex * path.depth);
+        const detail::VertexNumbers numbers(stream, dimensions::first_vertex + dimensions::per_vertex * path.depth);
         const Frame<T> frame(surface.shading_normal);
         const Vec3<T> wo = frame.to_local(surface.wo);
         if constexpr (strategy != PathStrategy::bsdf) {
             if (scene.has_lights(companion) && !detail::only_delta(bsdf))
-                aim_at_light(scene, path, surface, frame, bsdf, wo, u.light);
+                aim_at_light(scene, path, surface, frame, bsdf, wo, numbers.light());
         }
-        scatter(scene, path, surface, frame, bsdf, wo, u);
+        scatter(scene, path, surface, frame, bsdf, wo, numbers);
     }
 
     /// How a direction leaves the true surface to the side on which the shading normal has it. Where a facet is in the
@@ -203,10 +203,10 @@ private:
         return detail::transmits(bsdf) ? Vec3<T>(0) : surface.shading_normal;
     }
 
-    template <class S, class T, class L, class B>
+    template <class S, class T, class L, class B, class Numbers>
     void scatter(const S& scene, PathState<T, L>& path, const Surface<T>& surface, const Frame<T>& frame, const B& bsdf,
-                 const Vec3<T>& wo, const detail::VertexNumbers<T>& u) const {
-        const BsdfSample<T> bounce = bsdf.sample(wo, u.lobe, u.direction);
+                 const Vec3<T>& wo, const Numbers& numbers) const {
+        const BsdfSample<T> bounce = bsdf.sample(wo, numbers.lobe(), numbers.direction());
         const Vec3<T> wi = normalize(frame.to_world(bounce.wi));
         path.listener.bounce(path, bounce, wi);
         if (!(bounce.pdf > 0)) return;
@@ -223,7 +223,7 @@ private:
         if (!(strength > 0)) return;
         if (path.depth >= options.roulette_depth) {
             const T survival = std::clamp(strength / T(options.roulette_strength), T(0.05), T(0.99)); // white mazes end too
-            const bool survived = u.roulette < survival;
+            const bool survived = numbers.roulette() < survival;
             path.listener.roulette(path, survival, survived);
             if (!survived) return;
             path.throughput /= survival;

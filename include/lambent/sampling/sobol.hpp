@@ -126,7 +126,13 @@ public:
                     unit(detail::owen_scramble_reversed(second ^ shift.y, std::uint32_t(key >> 32)))};
         }
 
-        /// get_2d() of four dimensions from this one on, whose first numbers are get_1d()'s: for the price of two.
+        /// Whether get_2d_of_four() is faster than three or four calls: where four products of 32 bits are one instruction.
+#if defined(__SSE4_1__) || defined(__aarch64__)
+        static constexpr bool four_at_once = true;
+#else
+        static constexpr bool four_at_once = false;
+#endif
+        /// get_2d() of four dimensions from this one on, whose first numbers are get_1d()'s.
         std::array<Vec2<T>, 4> get_2d_of_four(std::uint32_t dimension) const {
             using Four = detail::FourWords;
             Four index_seed, place_seed, low, high;
