@@ -277,7 +277,7 @@ void triangle_test(benchmark::State& state) {
     std::size_t hits = 0;
     for (std::size_t i = 0; i < sheared.size(); ++i)
         for (const auto& block : blocks) {
-            const auto hit = intersect<HitRules{}, 4>(sheared[i], &block, t_min, t_max);
+            const auto hit = intersect<HitRules{}, 4>(sheared[i], block, block, t_min, t_max);
             for (unsigned lanes = bits(hit.mask); lanes != 0; lanes &= lanes - 1, ++hits) {
                 const int lane = std::countr_zero(lanes);
                 const UVec3 face = target.faces[block.primitive[lane]];
@@ -290,7 +290,7 @@ void triangle_test(benchmark::State& state) {
     if (hits == 0) return state.SkipWithError("nothing was hit");
     std::size_t i = 0;
     for (auto _ : state) {
-        auto hit = intersect<HitRules{}, 4>(sheared[i % 64], &blocks[i % 16], t_min, t_max);
+        auto hit = intersect<HitRules{}, 4>(sheared[i % 64], blocks[i % 16], blocks[i % 16], t_min, t_max);
         benchmark::DoNotOptimize(hit);
         i = (i + 1) % 1023;
     }

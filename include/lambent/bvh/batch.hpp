@@ -46,7 +46,7 @@ private:
 
     /// Rays that go by themselves, of one part of the batch after the other.
     struct Rest {
-        std::uint32_t rays[1024];
+        std::uint32_t rays[4096];
         std::size_t count = 0;
 
         void add(std::size_t ray) { rays[count++] = std::uint32_t(ray); }

@@ -1,21 +1,23 @@
 #pragma once
 #include <lambent/bvh/traverse.hpp>
+#include <algorithm>
 #include <bit>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <utility>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
 
 /// Many rays at once: a handful of traversals side by side, each taking one step in turn, so that while one waits for
-/// memory the others work. Steps of a kind run together, without branches on what the boxes said.
+/// memory the others work. Steps of a kind run together, as far as can be without branches on what was met, which the
+/// processor could not foresee and would lose the others' work to.
 template <Query query, class T, class Leaves, class Accept>
 class Interleaved {
 public:
-    static constexpr int lanes = 16;
+    static constexpr int lanes = 24;
 
     Interleaved(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Accept& accept)
         : tree_(tree), leaves_(leaves), accept_(accept) {}
@@ -38,20 +40,14 @@ public:
                 report(i, Hit<T>());
             }
         };
-        const auto finish = [&](Walk& walk) {
-            if (!walk.hit) walk.hit.t = std::numeric_limits<T>::infinity();
-            report(walk.ray, walk.hit);
-            start(walk);
-        };
-        const auto advance = [&](Walk& walk) {
-            do {
-                if (walk.top == 0) return finish(walk);
-                --walk.top;
-            } while (query == Query::closest && walk.distances[walk.top] > walk.limit);
-            const std::uint32_t child = walk.children[walk.top];
-            prefetch(tree_, child);
-            walk.current = child;
-            const bool leaf = (child & Child::leaf_bit) != 0;
+        const auto go_on = [&](Walk& walk) {
+            if (!walk.leave()) {
+                if (!walk.hit()) walk.hits[0].t = std::numeric_limits<T>::infinity();
+                report(walk.ray, walk.hit());
+                return start(walk);
+            }
+            prefetch(tree_, walk.current);
+            const bool leaf = (walk.current & Child::leaf_bit) != 0;
             at_node[node_count] = &walk;
             node_count += leaf ? 0 : 1;
             at_leaf[leaf_count] = &walk;
@@ -59,28 +55,19 @@ public:
         };
         for (Walk& walk : walks_) start(walk);
         while (node_count + leaf_count > 0) {
-            for (int i = 0, n = std::exchange(node_count, 0); i < n; ++i) {
-                Walk& walk = *at_node[i];
-                walk.enter(tree_.nodes[walk.current]);
-                advance(walk);
-            }
-            for (int i = 0, n = std::exchange(leaf_count, 0); i < n; ++i) {
-                Walk& walk = *at_leaf[i];
-                const auto* const blocks = tree_.blocks.data() + (walk.current & Child::index_mask);
-                const int count = (walk.current & Child::second_block_bit) != 0 ? 2 : 1;
-                if (leaves_.template meet<query>(walk.prepared, blocks, count, accept_, walk.hit)) {
-                    if (query == Query::any) {
-                        finish(walk);
-                        continue;
-                    }
-                    walk.limit = walk.slabs.limit_of(walk.hit.t);
-                }
-                advance(walk);
-            }
+            for (int i = 0; i < node_count; ++i) at_node[i]->enter(tree_);
+            for (int i = 0; i < leaf_count; ++i) at_leaf[i]->meet(tree_, leaves_, accept_);
+            Walk* all[lanes];
+            Walk** const end_of_all = std::copy_n(at_leaf, leaf_count, std::copy_n(at_node, node_count, all));
+            node_count = leaf_count = 0;
+            for (Walk** walk = all; walk != end_of_all; ++walk) go_on(**walk);
         }
     }
 
 private:
+    using Tree = WideTree<T, typename Leaves::Block>;
+    static constexpr int width = node_width<T>;
+
     /// One ray under way.
     struct alignas(64) Walk {
         SlabRay<T> slabs;
@@ -88,34 +75,67 @@ private:
         std::uint32_t current;
         std::uint32_t top;
         std::size_t ray;
-        Hit<T> hit;
+        Hit<T> hits[2]; ///< the nearest, and room for what is none: see leaves.hpp
         typename Leaves::Query prepared;
         alignas(64) T distances[max_stack<T>];
         alignas(64) std::uint32_t children[max_stack<T>];
 
-        template <class Tree>
+        const Hit<T>& hit() const { return hits[0]; }
+
         [[gnu::always_inline]] bool start(const Ray<T>& r, const Tree& tree) {
             if (!slabs.start(r, tree)) return false;
             limit = slabs.limit_of(r.t_max);
-            hit = {};
-            hit.t = r.t_max;
+            hits[0] = {};
+            hits[0].t = r.t_max;
             prepared = typename Leaves::Query(r);
             current = 0;
             top = 0;
             return true;
         }
 
-        /// Puts the children that the ray meets on the stack: the nearest on top, or for Query::any the first.
-        [[gnu::always_inline]] void enter(const WideNode<T>& node) {
-            Pack<T, node_width<T>> entry;
-            const Mask<T, node_width<T>> mask = slabs.meets(node, limit, entry);
+        /// Puts the node's children that the ray meets on the stack: the nearest on top, or for Query::any the first.
+        [[gnu::always_inline]] void enter(const Tree& tree) {
+            const WideNode<T>& node = tree.nodes[current];
+            Pack<T, width> entry;
+            const Mask<T, width> mask = slabs.meets(node, limit, entry);
             if constexpr (query == Query::any) {
-                compress_descending<node_width<T>>(bits(mask), node.child, children + top);
+                compress_descending<width>(bits(mask), node.child, children + top);
             } else {
                 store_descending(mask, entry, node.child, distances + top, children + top);
             }
             top += std::uint32_t(std::popcount(bits(mask)));
         }
+
+        [[gnu::always_inline]] void meet(const Tree& tree, const Leaves& leaves, const Accept& accept) {
+            const auto* const blocks = tree.blocks.data() + (current & Child::index_mask);
+            const int count = (current & Child::second_block_bit) != 0 ? 2 : 1;
+            bool found;
+            if constexpr (both_ways) {
+                found = leaves.meet_both_ways(prepared, blocks, count, hits[0].t, hits);
+            } else {
+                found = leaves.template meet<query>(prepared, blocks, count, accept, hits[0]);
+            }
+            if constexpr (query == Query::any) {
+                top = found ? 0 : top;
+            } else {
+                limit = slabs.limit_of(hits[0].t);
+            }
+        }
+
+        /// Goes to the topmost child that is near enough; false if there is none.
+        [[gnu::always_inline]] bool leave() {
+            do {
+                if (top == 0) return false;
+                --top;
+            } while (query == Query::closest && distances[top] > limit);
+            current = children[top];
+            return true;
+        }
+
+        static constexpr bool both_ways =
+            std::same_as<Accept, AcceptAll> && requires(const Leaves& leaves, Walk& walk) {
+                leaves.meet_both_ways(walk.prepared, nullptr, 1, walk.limit, walk.hits);
+            };
     };
 
     const WideTree<T, typename Leaves::Block>& tree_;

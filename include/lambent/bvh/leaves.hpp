@@ -8,6 +8,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -31,6 +32,9 @@
 /// and where they are triangles
 ///   triangles(block)        the block's as a TriangleBlock, for queries that need corners
 /// and, where there is need,
+///   meet_both_ways(q, blocks, count, t_max, hits)
+///                           for rays without filter that others go on beside: with no branch on what is hit. Whether
+///                           something was in [t_min, t_max): the nearest goes to hits[0]; else hits[1] holds anything
 ///   margin()                how far outside of a box its primitives may be hit: see default_margin
 ///   instanced               true: hits carry an instance, and filters are told
 namespace lambent {
@@ -250,11 +254,29 @@ struct StoredTriangles {
         }
     }
 
+    static bool meet_both_ways(const Query& q, const Block* block, int count, T t_max, Hit<T>* hits)
+        requires(native_width<T> >= 8)
+    {
+        using Lanes = Pack<T, 8>;
+        constexpr bool early_out = false;
+        const auto found = intersect<HitRules{}, 8, early_out>(q.ray, block[0], block[count - 1], q.t_min, t_max);
+        const Lanes t = select(found.mask, found.t, Lanes(std::numeric_limits<T>::infinity()));
+        const T nearest = smallest(t);
+        const unsigned lane = unsigned(std::countr_zero(bits(t == Lanes(nearest)) | 1u << 7)); // the first, if several
+        alignas(64) T u[8], v[8];
+        found.u.store(u);
+        found.v.store(v);
+        const bool hit = bits(found.mask) != 0;
+        hits[hit ? 0 : 1] = {
+            .t = nearest, .u = u[lane], .v = v[lane], .primitive = block[lane / 4].primitive[lane % 4]};
+        return hit;
+    }
+
 private:
     template <detail::Query query, int N, class Accept>
     [[gnu::always_inline]] static bool meet_lanes(const Query& q, const Block* block, const Accept& accept,
                                                   Hit<T>& hit) {
-        const BlockHit<T, N> found = intersect<rules_of<Accept>(), N>(q.ray, block, q.t_min, hit.t);
+        const BlockHit<T, N> found = intersect<rules_of<Accept>(), N>(q.ray, block[0], block[N / 4 - 1], q.t_min, hit.t);
         bool nearer = false;
         for (unsigned lanes = bits(found.mask); lanes != 0; lanes &= lanes - 1) {
             const int lane = std::countr_zero(lanes);

@@ -18,12 +18,7 @@ namespace detail {
 template <class T, class Accept>
 class OcclusionGroup {
 public:
-    // Under -ffast-math compilers divide sixteen floats with another precision than four or eight.
-#if defined(__FAST_MATH__)
-    static constexpr int lanes = std::min(8, native_width<T>);
-#else
-    static constexpr int lanes = native_width<T>;
-#endif
+    static constexpr int lanes = group_lanes<T>;
     static constexpr bool pays = lanes >= 8; ///< whether a register holds rays enough
     using Leaves = StoredTriangles<T>;
     using Tree = WideTree<T, TriangleBlock<T>>;

@@ -13,7 +13,7 @@ inline namespace LAMBENT_ABI {
 namespace detail {
 
 /// The nearest hits of up to 64 rays that go much the same way, through the tree as one: a node's children are tested
-/// against all rays at once, by intervals; leaves and their triangles against up to eight at a time.
+/// against all rays at once, by intervals; leaves and their triangles against as many at a time as a register holds.
 /// source  Wald, Boulos, Shirley, "Ray tracing deformable scenes using dynamic bounding volume hierarchies" (2007)
 template <class T, class Accept>
 class Packet {
@@ -68,7 +68,7 @@ public:
 
 private:
     static constexpr int width = node_width<T>;
-    static constexpr int lanes = std::min(8, native_width<T>); // compilers take wider packs' comparisons lane by lane
+    static constexpr int lanes = group_lanes<T>;
     using Rays = Pack<T, lanes>;
 
     /// Beyond such a spread of slopes the intervals hold too much.

@@ -62,6 +62,16 @@ struct NodeRows {
     }
 };
 
+/// How many rays go in one register. Under -ffast-math compilers divide sixteen floats with another precision than four or
+/// eight, and rays would not have their own answers.
+template <class T>
+inline constexpr int group_lanes =
+#if defined(__FAST_MATH__)
+    std::min(8, native_width<T>);
+#else
+    native_width<T>;
+#endif
+
 /// N rays of one kind: boxes and triangles are tested against all of them at once, with the arithmetic of a single
 /// ray's tests (SlabRay, ShearedRay), so with its answers to the bit.
 template <class T, int N>
@@ -129,7 +139,7 @@ struct RayGroup {
             x[v] = exact_multiply_add(slope_x, z[v], Rays(block.vertex[v][axes.x][i]) - ox);
             y[v] = exact_multiply_add(slope_y, z[v], Rays(block.vertex[v][axes.y][i]) - oy);
         }
-        return intersect_sheared<rules, T, N>(x, y, z, inverse_z, t_min, t_max);
+        return intersect_sheared<rules>(x, y, z, inverse_z, t_min, t_max);
     }
 
 private:

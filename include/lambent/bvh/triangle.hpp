@@ -104,11 +104,12 @@ struct BlockHit {
 /// every vertex is moved into the ray's frame by the same three operations whichever triangle it belongs to,
 /// and the edge functions have the exact sign for the vertices so moved. A point of the closed triangle,
 /// edges included, is a hit; a triangle seen exactly edge-on is none (its neighbours are).
+/// early_out  false: goes through to the end also where nothing is hit, for callers who cannot foresee that
 /// range   coordinates relative to the ray's origin within 2^-50 ... 2^60 in float: the products must not
 ///         vanish or overflow
 /// source  Woop, Benthin, Wald, JCGT 2:1 (2013). We differ: the sign is exact by an fma-faithful difference
 ///         of products, where theirs holds only if the compiler fuses nothing.
-template <HitRules rules, class T, int N>
+template <HitRules rules, bool early_out = true, class T, int N>
 [[gnu::always_inline]] inline BlockHit<T, N> intersect_sheared(const Pack<T, N>* x, const Pack<T, N>* y,
                                                                const Pack<T, N>* z, Pack<T, N> inverse_z,
                                                                Pack<T, N> t_min, Pack<T, N> t_max) {
@@ -125,7 +126,7 @@ template <HitRules rules, class T, int N>
         const Mask<T, N> front = (most > zero) ^ (inverse_z < zero);
         hit.mask = hit.mask & (rules.side == Side::front ? front : ~front);
     }
-    if (bits(hit.mask) == 0) return hit;
+    if (early_out && bits(hit.mask) == 0) return hit;
     if constexpr (rules.edges == Edges::owned) {
         if (bits(hit.mask & ((least == zero) | (most == zero))) != 0)
             hit.mask = hit.mask & detail::holds_next_to_origin(x, y);
@@ -143,17 +144,17 @@ template <HitRules rules, class T, int N>
     return hit;
 }
 
-/// One ray and, with N = 4, the triangles of a block; with N = 8 those of two, with as many instructions as one where
+/// One ray and, with N = 4, the triangles of the first block; with N = 8 those of both, with as many instructions where
 /// registers are that wide.
-template <HitRules rules, int N, class T>
-[[gnu::always_inline]] inline BlockHit<T, N> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>* blocks,
-                                                       T t_min, T t_max) {
+template <HitRules rules, int N, bool early_out = true, class T>
+[[gnu::always_inline]] inline BlockHit<T, N> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>& first,
+                                                       const TriangleBlock<T>& second, T t_min, T t_max) {
     using Lanes = Pack<T, N>;
-    const auto load = [blocks](int i, int axis) {
+    const auto load = [&](int i, int axis) {
         if constexpr (N == 4) {
-            return Lanes::load(blocks->vertex[i][axis]);
+            return Lanes::load(first.vertex[i][axis]);
         } else {
-            return join(Pack<T, 4>::load(blocks[0].vertex[i][axis]), Pack<T, 4>::load(blocks[1].vertex[i][axis]));
+            return join(Pack<T, 4>::load(first.vertex[i][axis]), Pack<T, 4>::load(second.vertex[i][axis]));
         }
     };
     const Lanes origin_x = ray.origin[0], origin_y = ray.origin[1], origin_z = ray.origin[2];
@@ -164,7 +165,7 @@ template <HitRules rules, int N, class T>
         x[i] = exact_multiply_add(slope_x, z[i], load(i, ray.kx) - origin_x);
         y[i] = exact_multiply_add(slope_y, z[i], load(i, ray.ky) - origin_y);
     }
-    return intersect_sheared<rules, T, N>(x, y, z, ray.slopes[2], t_min, t_max);
+    return intersect_sheared<rules, early_out>(x, y, z, Lanes(ray.slopes[2]), Lanes(t_min), Lanes(t_max));
 }
 
 } // namespace LAMBENT_ABI
