@@ -155,7 +155,8 @@ public:
 
 private:
     static constexpr int tile_w = 64, tile_h = 16; ///< pixels of a tile; its width holds whole Packs of centers
-
+    static constexpr int patch = 3;                ///< radius of the larger of the two that are compared
+    static constexpr int test_w = tile_w + 32;     ///< a tile's columns with those around, as whole Packs read them
 
     static const LightRegressionOptions& checked(int w, int h, const LightRegressionOptions& o) {
         require(w > 0 && h > 0, "LightRegression: the image is empty");
@@ -230,16 +231,16 @@ private:
             centers_w = tile_w / o.stride;
             centers_h = tile_h / o.stride;
             weights.assign(std::size_t(taps) * std::size_t(centers_w) * std::size_t(centers_h), T(0));
-            test.resize(std::size_t((tile_w + 16) * (tile_h + 8)));
-            small.resize(std::size_t(tile_w + 16));
-            large.resize(std::size_t(tile_w + 16));
+            test.resize(std::size_t(test_w * (tile_h + 2 * patch + o.radius)));
+            small.resize(std::size_t(test_w));
+            large.resize(std::size_t(test_w));
             offsets.resize(std::size_t(side * side));
             said_offsets.resize(std::size_t(side * side));
         }
         std::array<double, 2> test_softness;
         int taps, centers_w, centers_h;
-        std::vector<T> weights; ///< [tap][center]
-        std::vector<T> test, small, large;
+        std::vector<T> weights;            ///< [tap][center]
+        std::vector<T> test, small, large; ///< of pixels; of columns of a row of patches, split like PhasedPlanes
         std::vector<std::size_t> offsets, said_offsets; ///< of the taps of one row of centers
     };
 
@@ -249,9 +250,11 @@ private:
         const int side = 2 * o_.radius + 1;
         const int first = std::max(0, centers.y0 - y0) / o_.stride;
         const int last = std::min(work.centers_h, (std::min(h_, centers.y1) - y0 + o_.stride - 1) / o_.stride);
-        for (int t = 0; t < side * side; ++t)
-            weigh(light.roots, x0, y0, t % side - o_.radius, t / side - o_.radius, first, last, work,
-                  &work.weights[std::size_t(t * work.centers_w * work.centers_h)]);
+        for (int t = side * side / 2; t < side * side; ++t) { // and with each the one across
+            const int dx = t % side - o_.radius, dy = t / side - o_.radius;
+            if (o_.stride == 1) weigh<1>(light.roots, x0, y0, dx, dy, first, last, work);
+            else weigh<2>(light.roots, x0, y0, dx, dy, first, last, work);
+        }
         for (int j = first; j < last; ++j) {
             for (int t = 0; t < side * side; ++t) {
                 const int dx = t % side - o_.radius, dy = t / side - o_.radius;
@@ -264,52 +267,68 @@ private:
         }
     }
 
-    /// Weights of some rows of the tile's centers with the pixels at an offset from them.
-    void weigh(const Phased& roots, int x0, int y0, int dx, int dy, int first, int last, Work& work, T* weights) const {
-        constexpr int patch = 3, test_w = tile_w + 16;
-        for (int y = first * o_.stride - patch; y < last * o_.stride + patch; ++y) {
-            T* out = &work.test[std::size_t((y + patch) * test_w)];
+    /// Weights of some rows of the tile's centers with the pixels at an offset from them, dy >= 0, and with those at the
+    /// opposite one: the pixels that the one compares with each other the other compares as well.
+    template <int stride>
+    void weigh(const Phased& roots, int x0, int y0, int dx, int dy, int first, int last, Work& work) const {
+        const int left = -patch - std::max(dx, 0), right = tile_w + patch - std::min(dx, 0);
+        const int top = first * stride - patch - dy;
+        for (int y = top; y < last * stride + patch; ++y) {
+            T* const out = &work.test[std::size_t((y - top) * test_w)];
             const std::size_t here = roots.at(x0, clamp_y(y0 + y)), there = roots.at(x0 + dx, clamp_y(y0 + y + dy));
-            for (int x = -patch; x < tile_w + patch; x += width) {
+            for (int x = left; x < right; x += width) {
                 const auto difference2 = [&](int c) {
                     const P d = P::load(roots.channel(c) + here + x) - P::load(roots.channel(c) + there + x);
                     return d * d;
                 };
                 const P variance = P::load(roots.channel(3) + here + x) + P::load(roots.channel(3) + there + x);
-                ((difference2(0) + difference2(1) + difference2(2)) / variance).store(out + x + patch);
+                ((difference2(0) + difference2(1) + difference2(2)) / variance).store(out + x - left);
             }
         }
+        const auto from = [&](int x, int y) { return &work.test[std::size_t((y - top) * test_w + x - left)]; };
+        weigh_one<stride>(from(-patch, first * stride - patch), x0, y0, dx, dy, first, last, work);
+        if (dx != 0 || dy != 0)
+            weigh_one<stride>(from(-patch - dx, first * stride - patch - dy), x0, y0, -dx, -dy, first, last, work);
+    }
+
+    /// tests  of the pixels beginning with that which is `patch` to the left of the first center and above it
+    template <int stride>
+    void weigh_one(const T* tests, int x0, int y0, int dx, int dy, int first, int last, Work& work) const {
+        const int tap_index = (dy + o_.radius) * (2 * o_.radius + 1) + dx + o_.radius;
         const T* const here_inside = inside_.channel(0) + inside_.at(x0, 0);
         const T* const there_inside = inside_.channel(0) + inside_.at(x0 + dx, 0);
         const T k1 = T(1 / work.test_softness[0]), k3 = T(1 / work.test_softness[1]);
+        const auto column = [](int x) { return std::size_t(x % stride * (test_w / stride) + x / stride); };
         for (int j = first; j < last; ++j) {
-            const int y = j * o_.stride;
-            const T* rows = &work.test[std::size_t(y * test_w)]; // rows y - 3 to y + 3
-            for (int x = 0; x < tile_w + 2 * patch; x += width) {
-                const auto row = [&](int v) { return P::load(rows + v * test_w + x); };
-                const P middle = row(2) + row(3) + row(4);
-                middle.store(&work.small[std::size_t(x)]);
-                (middle + row(0) + row(1) + row(5) + row(6)).store(&work.large[std::size_t(x)]);
-            }
-            T* out = weights + j * work.centers_w;
+            const int y = j * stride;
+            T* out = &work.weights[std::size_t((tap_index * work.centers_h + j) * work.centers_w)];
             if (y0 + y + dy < 0 || y0 + y + dy >= h_) {
                 std::fill_n(out, work.centers_w, T(0));
                 continue;
             }
-            T d1[tile_w], d3[tile_w];
-            for (int x = 0; x < tile_w; x += width) {
-                const auto small = [&](int u) { return P::load(&work.small[std::size_t(x + u)]); };
-                const auto large = [&](int u) { return P::load(&work.large[std::size_t(x + u)]); };
-                ((small(2) + small(3) + small(4)) * P(T(1.0 / 9))).store(d1 + x);
-                ((large(0) + large(1) + large(2) + large(3) + large(4) + large(5) + large(6)) * P(T(1.0 / 49)))
-                    .store(d3 + x);
-            }
-            for (int i = 1; i < work.centers_w && o_.stride > 1; ++i) {
-                d1[i] = d1[i * o_.stride];
-                d3[i] = d3[i * o_.stride];
+            const T* const rows = tests + (j - first) * stride * test_w; // rows y - 3 to y + 3
+            for (int x = 0; x < tile_w + 2 * patch; x += stride * width) {
+                P small[stride], large[stride];
+                for (int k = 0; k < stride; ++k) {
+                    const auto row = [&](int v) { return P::load(rows + v * test_w + x + k * width); };
+                    small[k] = row(2) + row(3) + row(4);
+                    large[k] = small[k] + row(0) + row(1) + row(5) + row(6);
+                }
+                if constexpr (stride == 2) {
+                    split(small);
+                    split(large);
+                }
+                for (int k = 0; k < stride; ++k) {
+                    small[k].store(&work.small[column(x + k)]);
+                    large[k].store(&work.large[column(x + k)]);
+                }
             }
             const std::size_t center = guides_.at(x0, clamp_y(y0 + y)), tap = guides_.at(x0 + dx, clamp_y(y0 + y + dy));
             for (int i = 0; i < work.centers_w; i += width) {
+                const auto small = [&](int u) { return P::load(&work.small[column(u) + std::size_t(i)]); };
+                const auto large = [&](int u) { return P::load(&work.large[column(u) + std::size_t(i)]); };
+                const P d1 = (small(2) + small(3) + small(4)) * P(T(1.0 / 9));
+                const P d3 = (large(0) + large(1) + large(2) + large(3) + large(4) + large(5) + large(6)) * P(T(1.0 / 49));
                 P distance(T(0));
 #pragma GCC unroll 8
                 for (int c = 0; c < features; ++c) {
@@ -317,13 +336,19 @@ private:
                     distance = multiply_add(d * d, P::load(scales_.channel(c) + center + i), distance);
                 }
                 const P zero(T(0)), one(T(1));
-                const P a = max(P::load(d1 + i) - one, zero) * P(k1), b = max(P::load(d3 + i) - one, zero) * P(k3);
+                const P a = max(d1 - one, zero) * P(k1), b = max(d3 - one, zero) * P(k3);
                 P e[2] = {-min(distance + a, P(T(80))), -min(distance + b, P(T(80)))};
                 detail::powers_of_two<2>(e, T(detail::log2_e));
                 const P counts = P::load(here_inside + i) * P::load(there_inside + i);
                 ((e[0] + e[1]) * counts).store(out + i);
             }
         }
+    }
+    /// Sixteen numbers into those at even and those at odd places.
+    [[gnu::always_inline]] static void split(P (&pair)[2]) {
+        const auto a = pair[0].v, b = pair[1].v;
+        pair[0] = P(__builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14));
+        pair[1] = P(__builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15));
     }
     int clamp_y(int y) const { return std::min(y, h_ + Phased::rim_y - 1); }
 
