@@ -46,10 +46,10 @@ Frame synthetic(int width, int height) {
         for (int x = 0; x < width; ++x) {
             random = random * 1664525u + 1013904223u;
             const float u = float(random >> 8) / float(1 << 24), tilt = 0.5f * std::sin(0.05f * float(x));
-            f.illumination.view().store(x, y, Vec3f(x + y < width ? 1.0f : 0.3f) * (-std::log(1 - u)));
-            f.normal.view().store(x, y, Vec3f(std::sin(tilt), 0, std::cos(tilt)));
-            f.position.view().store(x, y, Vec3f(float(x), float(y), 10 * std::cos(0.05f * float(x))) * 0.02f);
-            f.material.view().store(x, y, float((x / 90 + y / 70) % 3));
+            f.illumination.store(x, y, Vec3f(x + y < width ? 1.0f : 0.3f) * (-std::log(1 - u)));
+            f.normal.store(x, y, Vec3f(std::sin(tilt), 0, std::cos(tilt)));
+            f.position.store(x, y, Vec3f(float(x), float(y), 10 * std::cos(0.05f * float(x))) * 0.02f);
+            f.material.store(x, y, float((x / 90 + y / 70) % 3));
         }
     return f;
 }

@@ -188,10 +188,10 @@ void filter_taps(benchmark::State& state, BilateralForm form) {
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x) {
             const Vec2f u = inputs()[std::size_t(y * size + x)];
-            image.view().store(x, y, {u.x, u.y, 1});
-            normal.view().store(x, y, normalize(Vec3f(u.x, u.y, 1)));
-            position.view().store(x, y, {float(x), float(y), u.x});
-            material.view().store(x, y, float(x / 20));
+            image.store(x, y, {u.x, u.y, 1});
+            normal.store(x, y, normalize(Vec3f(u.x, u.y, 1)));
+            position.store(x, y, {float(x), float(y), u.x});
+            material.store(x, y, float(x / 20));
         }
     SerialExecutor serial;
     for (auto _ : state)

@@ -78,6 +78,7 @@
 #include <lambent/denoise/light_part.hpp>
 #include <lambent/denoise/light_regression.hpp>
 #include <lambent/denoise/light_steps.hpp>
+#include <lambent/denoise/light_weights.hpp>
 #include <lambent/denoise/lit_blocks.hpp>
 #include <lambent/denoise/noise_level.hpp>
 #include <lambent/denoise/pair_average.hpp>

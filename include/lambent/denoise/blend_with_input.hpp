@@ -58,8 +58,8 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
     executor.parallel_for(std::size_t(height), 16, [&](std::size_t begin, std::size_t end) {
         for (int y = int(begin); y < int(end); ++y)
             for (int x = 0; x < width; ++x) {
-                own_noise.view().store(x, y, relative(x, y, noise2(x, y)));
-                own_difference.view().store(x, y, relative(x, y, difference2(x, y)));
+                own_noise.store(x, y, relative(x, y, noise2(x, y)));
+                own_difference.store(x, y, relative(x, y, difference2(x, y)));
             }
     });
     const auto mean_around = [&](int radius, const Plane<T, 1>& plane) {
@@ -78,7 +78,7 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
             if (samples < 8 || !usable(x, y)) continue;
             const T g2 = dot(noisy.load(x, y), noisy.load(x, y));
             const T apart = sum(clean.load(x, y)) < sum(noisy.load(x, y)) ? T(0.25) : T(1);
-            sure.view().store(x, y, difference2(x, y) > apart * g2 && noise2(x, y) * T(samples) < T(agreement) * g2);
+            sure.store(x, y, difference2(x, y) > apart * g2 && noise2(x, y) * T(samples) < T(agreement) * g2);
         }
     const auto sure_around = [&](int x, int y) {
         int count = 0;
@@ -118,7 +118,7 @@ void blend_with_input(const PixelView<T, 3>& clean, const PixelView<const T, 3>&
                         event2 = std::max(event2, noise2(u, v));
                 const T absent = lack.load(x, y);
                 if (absent > 0 && T(27) * absent < std::sqrt(event2)) continue;
-                shares.view().store(x, y, std::min(share, T(1)));
+                shares.store(x, y, std::min(share, T(1)));
             }
     });
     for (int y = 0; y < height; ++y)

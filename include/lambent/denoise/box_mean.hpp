@@ -18,14 +18,14 @@ Plane<T, 1> box_mean(int width, int height, int radius, Value&& value, E& execut
     const auto from = [&](int at) { return std::max(0, at - radius); };
     const auto to = [&](int at, int end) { return std::min(end, at + radius + 1); };
     executor.parallel_for(std::size_t(height), 16, [&](std::size_t begin, std::size_t end) {
-        std::vector<T> row(static_cast<std::size_t>(width));
+        std::vector<T> row(std::size_t(width + 2 * radius)); // zeros beside it
         for (int y = int(begin); y < int(end); ++y) {
-            for (int x = 0; x < width; ++x) row[std::size_t(x)] = T(value(x, y));
-            for (int x = 0; x < width; ++x) {
-                T sum = 0;
-                for (int u = from(x); u < to(x, width); ++u) sum += row[std::size_t(u)];
-                rows.view().store(x, y, sum / T(to(x, width) - from(x)));
-            }
+            T* const here = row.data() + radius;
+            T* const out = &rows.values()[std::size_t(y) * std::size_t(width)];
+            for (int x = 0; x < width; ++x) here[x] = T(value(x, y));
+            for (int u = -radius; u <= radius; ++u)
+                for (int x = 0; x < width; ++x) out[x] += here[x + u];
+            for (int x = 0; x < width; ++x) out[x] /= T(to(x, width) - from(x));
         }
     });
     executor.parallel_for(std::size_t(height), 16, [&](std::size_t begin, std::size_t end) {

@@ -49,31 +49,51 @@ std::size_t despike(const PixelView<const T, 3>& image, const PixelView<T, 3>& o
     require_same_size("despike: image and output", image, out);
     constexpr int radius = 2;
     const bool on = is_finite(deviations);
-    std::vector<std::size_t> scaled(std::size_t(image.height()), 0);
+    const int width = image.width(), height = image.height();
+    std::vector<std::size_t> scaled(std::size_t(height), 0);
     executor.parallel_for(scaled.size(), 16, [&](std::size_t begin, std::size_t end) {
-        for (int y = int(begin); y < int(end); ++y)
-            for (int x = 0; x < image.width(); ++x) {
+        // Of the rows around, with nothing beside them: brightness, and whether it counts. Sums go row by row, several
+        // pixels at once.
+        const int rows = int(end - begin) + 2 * radius;
+        const std::size_t stride = std::size_t(width + 2 * radius);
+        std::vector<double> brightness(std::size_t(rows) * stride), counts(brightness.size());
+        std::vector<double> mean(static_cast<std::size_t>(width)), squares(mean.size()), count(mean.size());
+        const auto in = [&](std::vector<double>& plane, int y) {
+            return plane.data() + std::size_t(y - int(begin) + radius) * stride + std::size_t(radius);
+        };
+        for (int y = std::max(0, int(begin) - radius); y < std::min(height, int(end) + radius); ++y)
+            for (int x = 0; x < width; ++x) {
+                const Vec3<T> value = image.load(x, y);
+                const double b = double(value.x) + double(value.y) + double(value.z);
+                in(brightness, y)[x] = is_finite(b) ? b : 0;
+                in(counts, y)[x] = is_finite(b) ? 1 : 0;
+            }
+        const auto each_neighbour = [&](int y, auto&& add) {
+            for (int v = -radius; v <= radius; ++v)
+                for (int u = -radius; u <= radius; ++u)
+                    if (u != 0 || v != 0) add(in(brightness, y + v) + u, in(counts, y + v) + u);
+        };
+        for (int y = int(begin); y < int(end); ++y) {
+            for (std::vector<double>* plane : {&mean, &squares, &count}) std::fill(plane->begin(), plane->end(), 0.0);
+            each_neighbour(y, [&](const double* b, const double* n) {
+                for (std::size_t x = 0; x < mean.size(); ++x) mean[x] += b[x], count[x] += n[x];
+            });
+            for (std::size_t x = 0; x < mean.size(); ++x) mean[x] /= std::max(1.0, count[x]);
+            each_neighbour(y, [&](const double* b, const double* n) { // no difference of large squares
+                for (std::size_t x = 0; x < mean.size(); ++x) squares[x] += n[x] * ((b[x] - mean[x]) * (b[x] - mean[x]));
+            });
+            for (int x = 0; x < width; ++x) {
+                const std::size_t i = std::size_t(x);
                 Vec3<T> value = image.load(x, y);
-                const double brightness = double(value.x) + double(value.y) + double(value.z);
-                if (on && is_finite(brightness)) {
-                    double mean = 0, squares = 0, count = 0;
-                    for (int v = std::max(0, y - radius); v <= std::min(image.height() - 1, y + radius); ++v)
-                        for (int u = std::max(0, x - radius); u <= std::min(image.width() - 1, x + radius); ++u) {
-                            const Vec3<T> other = image.load(u, v);
-                            const double b = double(other.x) + double(other.y) + double(other.z);
-                            if ((u == x && v == y) || !is_finite(b)) continue;
-                            const double delta = b - mean; // Welford's way: no difference of large squares
-                            mean += delta / ++count;
-                            squares += delta * (b - mean);
-                        }
-                    const double limit = mean + deviations * std::sqrt(squares / std::max(1.0, count));
-                    if (count > 0 && brightness > limit) {
-                        value *= T(std::max(0.0, limit) / brightness);
-                        ++scaled[std::size_t(y)];
-                    }
+                const double b = in(brightness, y)[x];
+                const double limit = mean[i] + deviations * std::sqrt(squares[i] / std::max(1.0, count[i]));
+                if (on && in(counts, y)[x] > 0 && count[i] > 0 && b > limit) {
+                    value *= T(std::max(0.0, limit) / b);
+                    ++scaled[std::size_t(y)];
                 }
                 out.store(x, y, value);
             }
+        }
     });
     std::size_t total = 0;
     for (const std::size_t count : scaled) total += count;

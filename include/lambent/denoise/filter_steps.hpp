@@ -38,13 +38,13 @@ struct LightGuide {
         for (int y = 0; y < image.height(); ++y)
             for (int x = 0; x < image.width(); ++x) {
                 const Vec3<T> albedo = modulation(frame, x, y), d = illumination.load(x, y) - image.load(x, y);
-                noise.view().store(x, y, sampled ? frame.variance.load(x, y) / (albedo * albedo) : d * d);
+                noise.store(x, y, sampled ? frame.variance.load(x, y) / (albedo * albedo) : d * d);
             }
         smooth(noise.view(), noise.view());
         for (int y = 0; y < image.height(); ++y)
             for (int x = 0; x < image.width(); ++x) {
                 const Vec3<T> v = noise.load(x, y);
-                deviation.view().store(x, y, std::sqrt(std::max(T(0), v.x + v.y + v.z)));
+                deviation.store(x, y, std::sqrt(std::max(T(0), v.x + v.y + v.z)));
             }
     }
     /// In units of the power of two below the mean deviation: so exposure does not matter, nor a pixel far away. No
@@ -85,7 +85,7 @@ void atrous_of_illumination(const FrameView<T>& frame, const PixelView<T, 3>& no
         for (int x = 0; x < width; ++x) {
             const Vec3<T> deviation = sqrt(max(frame.variance.load(x, y), Vec3<T>(0))) / modulation(frame, x, y);
             const T before = sum(noisy.load(x, y)), after = sum(illumination.load(x, y));
-            variance.view().store(x, y, sum(deviation) * sum(deviation) * (before > after ? after / before : T(1)));
+            variance.store(x, y, sum(deviation) * sum(deviation) * (before > after ? after / before : T(1)));
         }
     if (samples < 2) {
         const auto light = [&](int x, int y) { return sum(illumination.load(x, y)); };

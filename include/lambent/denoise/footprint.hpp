@@ -24,7 +24,7 @@ Plane<T, 1> pixel_footprint(const PixelView<const T, 3>& position, E& executor) 
                 const T row = step(position.load(left, y), position.load(right, y), right - left);
                 const T column = step(position.load(x, up), position.load(x, down), down - up);
                 const T smaller = std::min(row, column);
-                footprint.view().store(x, y, is_finite(smaller) ? smaller : T(0));
+                footprint.store(x, y, is_finite(smaller) ? smaller : T(0));
             }
     });
     return footprint;

@@ -23,7 +23,7 @@ Plane<T, 3> as_guide(const PixelView<const T, C>& plane, double factor) {
             if constexpr (C == 1) value.x = plane.load(x, y);
             else value = plane.load(x, y);
             value *= T(factor);
-            if (is_finite(value)) out.view().store(x, y, value);
+            if (is_finite(value)) out.store(x, y, value);
         }
     return out;
 }

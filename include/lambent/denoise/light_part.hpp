@@ -52,7 +52,7 @@ Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviation
                 if (!(b > limit)) continue;
                 const double own = sigma(x, y);
                 if (own > 0) limit += (b - limit) * std::clamp((b / own - 2) / 2, 0.0, 1.0);
-                factors.view().store(x, y, T(limit / b));
+                factors.store(x, y, T(limit / b));
             }
         }
     });
@@ -140,8 +140,8 @@ struct ClampedPart {
                 const Vec3<T> v = part.root_variance.load(x, y);
                 const T factor = factors.load(x, y);
                 const T sum = std::min(T(1), scale * spread.load(x, y)) * (v.x + v.y + v.z) * factor;
-                variance.view().store(x, y, is_finite(sum) ? sum : T(0));
-                light.view().store(x, y, light.load(x, y) * factor);
+                variance.store(x, y, is_finite(sum) ? sum : T(0));
+                light.store(x, y, light.load(x, y) * factor);
             }
         if (samples < 2) {
             const Plane<T, 3> clamped = root(part);
@@ -154,7 +154,7 @@ struct ClampedPart {
         for (int y = 0; y < light.height(); ++y)
             for (int x = 0; x < light.width(); ++x) {
                 const Vec3<T> r = part.root.load(x, y);
-                root.view().store(x, y, is_finite(r) ? r * std::sqrt(factors.load(x, y))
+                root.store(x, y, is_finite(r) ? r * std::sqrt(factors.load(x, y))
                                                      : sqrt(max(light.load(x, y), Vec3<T>(0))));
             }
         return root;
@@ -166,7 +166,7 @@ template <class T>
 Plane<T, 3> repaired(const PixelView<const T, 3>& light) {
     Plane<T, 3> copy(light.width(), light.height());
     for (int y = 0; y < light.height(); ++y)
-        for (int x = 0; x < light.width(); ++x) copy.view().store(x, y, light.load(x, y));
+        for (int x = 0; x < light.width(); ++x) copy.store(x, y, light.load(x, y));
     repair_non_finite(copy.view(), ClampedPart<T>::repair_reach);
     return copy;
 }

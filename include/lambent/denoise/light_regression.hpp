@@ -1,8 +1,8 @@
 #pragma once
 #include <lambent/core/error.hpp>
 #include <lambent/core/executor.hpp>
-#include <lambent/core/exp.hpp>
 #include <lambent/core/simd.hpp>
+#include <lambent/denoise/light_weights.hpp>
 #include <lambent/denoise/lit_blocks.hpp>
 #include <lambent/denoise/phased_planes.hpp>
 #include <lambent/film/pixel_data.hpp>
@@ -51,7 +51,7 @@ struct LightToFit {
 /// 2024
 template <std::floating_point T>
 class LightRegression {
-    static constexpr int width = 8, features = 7, coefficients = features + 1, block = 4;
+    static constexpr int width = 8, features = detail::light_features, coefficients = features + 1, block = 4;
     using P = Pack<T, width>;
     using Phased = detail::PhasedPlanes<T>;
 
@@ -68,20 +68,25 @@ public:
     /// One channel: guide(x, y) and its variance(x, y), in the guide's unit squared; both finite.
     template <class F, class V>
     void set_guide(int channel, F&& guide, V&& variance) {
-        Plane<T, 1> values(w_, h_);
-        for (int y = 0; y < h_; ++y)
-            for (int x = 0; x < w_; ++x) values.view().store(x, y, guide(x, y));
-        const auto value = [&](int x, int y) {
-            return values.values()[std::size_t(y) * std::size_t(w_) + std::size_t(x)];
-        };
-        guides_.fill(channel, w_, h_, value);
+        std::vector<T> values(std::size_t(w_) * std::size_t(h_));
+        const auto row_of = [&](int y) { return values.data() + std::size_t(y) * std::size_t(w_); };
+        guides_.fill_rows(channel, w_, h_, [&](int y, T* row) {
+            for (int x = 0; x < w_; ++x) row[x] = guide(x, y);
+            std::copy_n(row, w_, row_of(y));
+        });
         const T floor = T(o_.feature_floor), factor = T(o_.feature_sigma * o_.feature_sigma);
-        scales_.fill(channel, w_, h_, [&](int x, int y) {
-            const T here = value(x, y);
-            const auto least = [&](T a, T b) { return std::min(std::abs(a - here), std::abs(b - here)); };
-            const T across = least(value(std::max(x - 1, 0), y), value(std::min(x + 1, w_ - 1), y));
-            const T down = least(value(x, std::max(y - 1, 0)), value(x, std::min(y + 1, h_ - 1)));
-            return 1 / (factor * std::max({floor, T(variance(x, y)), across * across + down * down}));
+        scales_.fill_rows(channel, w_, h_, [&](int y, T* row) {
+            const T *const here = row_of(y), *const above = row_of(std::max(y - 1, 0)),
+                    *const below = row_of(std::min(y + 1, h_ - 1));
+            const auto scale = [&](int x, int before, int behind) { // from the variance that `row` has
+                const auto least = [&](T a, T b) { return std::min(std::abs(a - here[x]), std::abs(b - here[x])); };
+                const T across = least(here[before], here[behind]), down = least(above[x], below[x]);
+                return 1 / (factor * std::max(std::max(floor, row[x]), across * across + down * down));
+            };
+            for (int x = 0; x < w_; ++x) row[x] = T(variance(x, y));
+            row[0] = scale(0, 0, std::min(1, w_ - 1));
+            for (int x = 1; x < w_ - 1; ++x) row[x] = scale(x, x - 1, x + 1);
+            if (w_ > 1) row[w_ - 1] = scale(w_ - 1, w_ - 2, w_ - 1);
         });
     }
 
@@ -154,9 +159,7 @@ public:
     }
 
 private:
-    static constexpr int tile_w = 64, tile_h = 16; ///< pixels of a tile; its width holds whole Packs of centers
-    static constexpr int patch = 3;                ///< radius of the larger of the two that are compared
-    static constexpr int test_w = tile_w + 32;     ///< a tile's columns with those around, as whole Packs read them
+    static constexpr int tile_w = detail::LightWeights<T>::tile_w, tile_h = detail::LightWeights<T>::tile_h;
 
     static const LightRegressionOptions& checked(int w, int h, const LightRegressionOptions& o) {
         require(w > 0 && h > 0, "LightRegression: the image is empty");
@@ -225,132 +228,34 @@ private:
     }
 
     struct Work {
-        Work(const LightRegressionOptions& o, const std::array<double, 2>& softness) : test_softness(softness) {
-            const int side = 2 * o.radius + 1;
-            taps = (side * side + block - 1) / block * block;
-            centers_w = tile_w / o.stride;
-            centers_h = tile_h / o.stride;
-            weights.assign(std::size_t(taps) * std::size_t(centers_w) * std::size_t(centers_h), T(0));
-            test.resize(std::size_t(test_w * (tile_h + 2 * patch + o.radius)));
-            small.resize(std::size_t(test_w));
-            large.resize(std::size_t(test_w));
-            offsets.resize(std::size_t(side * side));
-            said_offsets.resize(std::size_t(side * side));
-        }
-        std::array<double, 2> test_softness;
-        int taps, centers_w, centers_h;
-        std::vector<T> weights;            ///< [tap][center]
-        std::vector<T> test, small, large; ///< of pixels; of columns of a row of patches, split like PhasedPlanes
+        Work(const LightRegressionOptions& o, const std::array<double, 2>& softness)
+            : weights(o.radius, o.stride, softness), taps(std::size_t((2 * o.radius + 1) * (2 * o.radius + 1))),
+              offsets(taps), said_offsets(taps) {}
+
+        detail::LightWeights<T> weights;
+        std::size_t taps;
         std::vector<std::size_t> offsets, said_offsets; ///< of the taps of one row of centers
     };
 
     /// Those of the tile's centers that lie in `centers`.
     void fit_tile(const Loaded& light, int x0, int y0, const PixelWindow& centers, Work& work, T* said,
                   const PixelView<T, 1>& own) const {
-        const int side = 2 * o_.radius + 1;
+        const int side = 2 * o_.radius + 1, centers_w = tile_w / o_.stride, centers_h = tile_h / o_.stride;
         const int first = std::max(0, centers.y0 - y0) / o_.stride;
-        const int last = std::min(work.centers_h, (std::min(h_, centers.y1) - y0 + o_.stride - 1) / o_.stride);
-        for (int t = side * side / 2; t < side * side; ++t) { // and with each the one across
-            const int dx = t % side - o_.radius, dy = t / side - o_.radius;
-            if (o_.stride == 1) weigh<1>(light.roots, x0, y0, dx, dy, first, last, work);
-            else weigh<2>(light.roots, x0, y0, dx, dy, first, last, work);
-        }
+        const int last = std::min(centers_h, (std::min(h_, centers.y1) - y0 + o_.stride - 1) / o_.stride);
+        work.weights.find({guides_, scales_, inside_, light.roots, h_}, x0, y0, first, last);
         for (int j = first; j < last; ++j) {
             for (int t = 0; t < side * side; ++t) {
                 const int dx = t % side - o_.radius, dy = t / side - o_.radius;
-                work.offsets[std::size_t(t)] = guides_.at(x0 + dx, clamp_y(y0 + j * o_.stride + dy));
+                work.offsets[std::size_t(t)] = guides_.at(x0 + dx, std::min(y0 + j * o_.stride + dy, h_ + Phased::rim_y - 1));
                 work.said_offsets[std::size_t(t)] = said_index(0, dx + o_.radius, j * o_.stride + dy + o_.radius);
             }
             const int from = std::max(0, centers.x0 - x0) / (o_.stride * width) * width;
-            for (int i = from; i < work.centers_w && x0 + i * o_.stride < centers.x1; i += width)
+            for (int i = from; i < centers_w && x0 + i * o_.stride < centers.x1; i += width)
                 fit(light, x0, y0, i, j, work, said, own);
         }
     }
 
-    /// Weights of some rows of the tile's centers with the pixels at an offset from them, dy >= 0, and with those at the
-    /// opposite one: the pixels that the one compares with each other the other compares as well.
-    template <int stride>
-    void weigh(const Phased& roots, int x0, int y0, int dx, int dy, int first, int last, Work& work) const {
-        const int left = -patch - std::max(dx, 0), right = tile_w + patch - std::min(dx, 0);
-        const int top = first * stride - patch - dy;
-        for (int y = top; y < last * stride + patch; ++y) {
-            T* const out = &work.test[std::size_t((y - top) * test_w)];
-            const std::size_t here = roots.at(x0, clamp_y(y0 + y)), there = roots.at(x0 + dx, clamp_y(y0 + y + dy));
-            for (int x = left; x < right; x += width) {
-                const auto difference2 = [&](int c) {
-                    const P d = P::load(roots.channel(c) + here + x) - P::load(roots.channel(c) + there + x);
-                    return d * d;
-                };
-                const P variance = P::load(roots.channel(3) + here + x) + P::load(roots.channel(3) + there + x);
-                ((difference2(0) + difference2(1) + difference2(2)) / variance).store(out + x - left);
-            }
-        }
-        const auto from = [&](int x, int y) { return &work.test[std::size_t((y - top) * test_w + x - left)]; };
-        weigh_one<stride>(from(-patch, first * stride - patch), x0, y0, dx, dy, first, last, work);
-        if (dx != 0 || dy != 0)
-            weigh_one<stride>(from(-patch - dx, first * stride - patch - dy), x0, y0, -dx, -dy, first, last, work);
-    }
-
-    /// tests  of the pixels beginning with that which is `patch` to the left of the first center and above it
-    template <int stride>
-    void weigh_one(const T* tests, int x0, int y0, int dx, int dy, int first, int last, Work& work) const {
-        const int tap_index = (dy + o_.radius) * (2 * o_.radius + 1) + dx + o_.radius;
-        const T* const here_inside = inside_.channel(0) + inside_.at(x0, 0);
-        const T* const there_inside = inside_.channel(0) + inside_.at(x0 + dx, 0);
-        const T k1 = T(1 / work.test_softness[0]), k3 = T(1 / work.test_softness[1]);
-        const auto column = [](int x) { return std::size_t(x % stride * (test_w / stride) + x / stride); };
-        for (int j = first; j < last; ++j) {
-            const int y = j * stride;
-            T* out = &work.weights[std::size_t((tap_index * work.centers_h + j) * work.centers_w)];
-            if (y0 + y + dy < 0 || y0 + y + dy >= h_) {
-                std::fill_n(out, work.centers_w, T(0));
-                continue;
-            }
-            const T* const rows = tests + (j - first) * stride * test_w; // rows y - 3 to y + 3
-            for (int x = 0; x < tile_w + 2 * patch; x += stride * width) {
-                P small[stride], large[stride];
-                for (int k = 0; k < stride; ++k) {
-                    const auto row = [&](int v) { return P::load(rows + v * test_w + x + k * width); };
-                    small[k] = row(2) + row(3) + row(4);
-                    large[k] = small[k] + row(0) + row(1) + row(5) + row(6);
-                }
-                if constexpr (stride == 2) {
-                    split(small);
-                    split(large);
-                }
-                for (int k = 0; k < stride; ++k) {
-                    small[k].store(&work.small[column(x + k)]);
-                    large[k].store(&work.large[column(x + k)]);
-                }
-            }
-            const std::size_t center = guides_.at(x0, clamp_y(y0 + y)), tap = guides_.at(x0 + dx, clamp_y(y0 + y + dy));
-            for (int i = 0; i < work.centers_w; i += width) {
-                const auto small = [&](int u) { return P::load(&work.small[column(u) + std::size_t(i)]); };
-                const auto large = [&](int u) { return P::load(&work.large[column(u) + std::size_t(i)]); };
-                const P d1 = (small(2) + small(3) + small(4)) * P(T(1.0 / 9));
-                const P d3 = (large(0) + large(1) + large(2) + large(3) + large(4) + large(5) + large(6)) * P(T(1.0 / 49));
-                P distance(T(0));
-#pragma GCC unroll 8
-                for (int c = 0; c < features; ++c) {
-                    const P d = P::load(guides_.channel(c) + center + i) - P::load(guides_.channel(c) + tap + i);
-                    distance = multiply_add(d * d, P::load(scales_.channel(c) + center + i), distance);
-                }
-                const P zero(T(0)), one(T(1));
-                const P a = max(d1 - one, zero) * P(k1), b = max(d3 - one, zero) * P(k3);
-                P e[2] = {-min(distance + a, P(T(80))), -min(distance + b, P(T(80)))};
-                detail::powers_of_two<2>(e, T(detail::log2_e));
-                const P counts = P::load(here_inside + i) * P::load(there_inside + i);
-                ((e[0] + e[1]) * counts).store(out + i);
-            }
-        }
-    }
-    /// Sixteen numbers into those at even and those at odd places.
-    [[gnu::always_inline]] static void split(P (&pair)[2]) {
-        const auto a = pair[0].v, b = pair[1].v;
-        pair[0] = P(__builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14));
-        pair[1] = P(__builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15));
-    }
-    int clamp_y(int y) const { return std::min(y, h_ + Phased::rim_y - 1); }
 
     /// Fits the models of eight centers side by side, and lets each speak about its window.
     void fit(const Loaded& light, int x0, int y0, int i, int j, const Work& work, T* said,
@@ -362,10 +267,8 @@ private:
         P a[coefficients * (coefficients + 1) / 2], b[coefficients * 3];
         for (P& v : a) v = P(T(0));
         for (P& v : b) v = P(T(0));
-        const auto weights = [&](int t) {
-            return P::load(&work.weights[std::size_t((t * work.centers_h + j) * work.centers_w + i)]);
-        };
-        for (int t0 = 0; t0 < work.taps; t0 += block) {
+        const auto weights = [&](int t) { return work.weights.of(t, j, i); };
+        for (int t0 = 0; t0 < side * side; t0 += block) {
             P phi[coefficients][block], weighted[coefficients][block], value[3][block];
 #pragma GCC unroll 4
             for (int k = 0; k < block; ++k) {

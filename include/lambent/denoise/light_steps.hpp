@@ -149,7 +149,7 @@ public:
         give(seen, inside.seen_from(wide));
         for (int y = 0; y < part.height(); ++y)
             for (int x = 0; x < part.width(); ++x)
-                result.view().store(x, y, result.load(x, y) + seen.load(in_wide.x0 + x, in_wide.y0 + y));
+                result.store(x, y, result.load(x, y) + seen.load(in_wide.x0 + x, in_wide.y0 + y));
         blend_with_input<T>(result.view(), window_of(planes.radiance, part), window_of(planes.variance, part),
                             mean_samples(), executor, mean_light());
         const PixelView<const T, 3> given(kept.data(), kept.width(), kept.height(), kept.strides());
@@ -251,9 +251,9 @@ private:
         for (int y = 0; y < part.height(); ++y)
             for (int x = 0; x < part.width(); ++x) {
                 const int u = part.x0 + x, v = part.y0 + y;
-                result.view().store(x, y, result.load(x, y) + clamped.light.load(u, v));
+                result.store(x, y, result.load(x, y) + clamped.light.load(u, v));
                 const T its = share.absent() ? T(1) : share.load(u, v);
-                own.view().store(x, y, own.load(x, y) + its * source.noise(u, v));
+                own.store(x, y, own.load(x, y) + its * source.noise(u, v));
             }
     }
 
@@ -264,7 +264,7 @@ private:
             for (int x = 0; x < seen.width(); ++x) {
                 const Vec3<T> directly =
                     planes.radiance.load(x, y) - planes.direct.load(x, y) - planes.indirect.load(x, y);
-                seen.view().store(x, y, max(directly, Vec3<T>(0)));
+                seen.store(x, y, max(directly, Vec3<T>(0)));
             }
         repair_non_finite(seen.view(), ClampedPart<T>::repair_reach);
         return seen;

@@ -69,8 +69,8 @@ public:
             for (int x = 0; x < width_; ++x) {
                 const T weight = sum(3, y)[x];
                 if (!(weight > 0)) continue;
-                out.mean.view().store(x, begin + y, Vec3<T>(sum(0, y)[x], sum(1, y)[x], sum(2, y)[x]) / weight);
-                out.variance.view().store(x, begin + y,
+                out.mean.store(x, begin + y, Vec3<T>(sum(0, y)[x], sum(1, y)[x], sum(2, y)[x]) / weight);
+                out.variance.store(x, begin + y,
                                           variance_.load(x, begin + y) * (sum(4, y)[x] / (weight * weight)));
             }
     }
@@ -131,8 +131,8 @@ PairAveraged<T> average_pairs(const PixelView<const T, 3>& plane, const PixelVie
     PairAveraged<T> out{Plane<T, 3>(width, height), Plane<T, 3>(width, height)};
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            out.mean.view().store(x, y, plane.load(x, y));
-            out.variance.view().store(x, y, variance.load(x, y));
+            out.mean.store(x, y, plane.load(x, y));
+            out.variance.store(x, y, variance.load(x, y));
         }
     const PairTests<T> tests(plane, variance, radius, softness);
     executor.parallel_for(std::size_t(height), 8, [&](std::size_t begin, std::size_t end) {
@@ -164,8 +164,8 @@ PairAveraged<T> pair_average(const PixelView<const T, 3>& plane, const PixelView
     PairAveraged<T> same{Plane<T, 3>(plane.width(), plane.height()), Plane<T, 3>(plane.width(), plane.height())};
     for (int y = 0; y < plane.height(); ++y)
         for (int x = 0; x < plane.width(); ++x) {
-            same.mean.view().store(x, y, plane.load(x, y));
-            same.variance.view().store(x, y, variance.load(x, y));
+            same.mean.store(x, y, plane.load(x, y));
+            same.variance.store(x, y, variance.load(x, y));
         }
     return same;
 }

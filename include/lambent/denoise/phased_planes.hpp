@@ -34,16 +34,26 @@ public:
 
     template <class F> // f(x, y) of a pixel inside
     void fill(int c, int width, int height, F&& f) {
+        fill_rows(c, width, height, [&](int y, T* row) {
+            for (int x = 0; x < width; ++x) row[x] = f(x, y);
+        });
+    }
+    template <class F> // f(y, row): writes the row's pixels
+    void fill_rows(int c, int width, int height, F&& f) {
         std::vector<T> row(std::size_t(width + 2 * rim));
         for (int y = 0; y < height; ++y) {
-            for (int x = 0; x < width; ++x) row[std::size_t(x + rim)] = f(x, y);
+            f(y, row.data() + rim);
             std::fill_n(row.begin(), rim, row[std::size_t(rim)]);
             std::fill_n(row.end() - rim, rim, row[std::size_t(width + rim - 1)]);
             for (int at = y == 0 ? -rim_y : y; at < (y == height - 1 ? height + rim_y : y + 1); ++at)
                 for (int phase = 0; phase < stride_; ++phase) {
                     T* const out = channel(c) + (std::size_t(phase) * std::size_t(rows_) + std::size_t(at + rim_y)) *
                                                     std::size_t(row_);
-                    for (int x = phase; x < width + 2 * rim; x += stride_) out[x / stride_] = row[std::size_t(x)];
+                    const T* const from = row.data() + phase;
+                    const int count = (width + 2 * rim - phase + stride_ - 1) / stride_;
+                    if (stride_ == 1) std::copy_n(from, count, out);
+                    else if (stride_ == 2) for (int i = 0; i < count; ++i) out[i] = from[2 * i]; // as packs
+                    else for (int i = 0; i < count; ++i) out[i] = from[stride_ * i];
                 }
         }
     }

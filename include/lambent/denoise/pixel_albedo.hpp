@@ -19,10 +19,10 @@ Plane<T, 3> pixel_albedo(const FrameView<T>& frame, E& executor) {
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const Vec3<T> here = frame.albedo.load(x, y), used = detail::modulation(frame, x, y);
-            albedo.view().store(x, y, used);
+            albedo.store(x, y, used);
             const bool usable = used == max(here, Vec3<T>(T(albedo_floor)));
             const bool surface = here != Vec3<T>(0) || (!frame.normal.absent() && frame.normal.load(x, y) != Vec3<T>(0));
-            kind.view().store(x, y, !usable ? T(0) : surface ? T(1) : T(2));
+            kind.store(x, y, !usable ? T(0) : surface ? T(1) : T(2));
         }
     cross_bilateral<T>(albedo.view(), albedo.view(),
                        {.kernel = 3, .sigma_spatial = 0.5, .form = BilateralForm::naive_2d}, executor,

@@ -2,6 +2,7 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <cmath>
+#include <cstddef>
 #include <concepts>
 #include <limits>
 #include <list>
@@ -40,13 +41,21 @@ public:
 private:
     template <int C>
     void hold(PixelView<const T, C>& plane, T least, T largest, T otherwise) {
-        const auto fits = [&](T v) { return is_finite(v) && v >= least && v <= largest; }; // fast-math has no NaN
+        const auto fits = [&](T v) { return is_finite(v) & (v >= least) & (v <= largest); }; // fast-math has no NaN
         const int width = plane.width(), height = plane.height();
-        const auto stride = plane.strides().channel;
+        const PixelStrides strides = plane.strides();
+        const auto stride = strides.channel;
+        const auto all_fit = [&](const T* first, int count, std::ptrdiff_t step) {
+            unsigned misfits = 0; // without branches: several at once
+            if (step == 1) for (int i = 0; i < count; ++i) misfits |= unsigned(!fits(first[i]));
+            else for (int i = 0; i < count; ++i) misfits |= unsigned(!fits(first[i * step]));
+            return misfits == 0;
+        };
         bool all = true;
-        for (int y = 0; y < height && all; ++y)
-            for (int x = 0; x < width; ++x)
-                for (int c = 0; c < C; ++c) all = all && fits(plane.pixel(x, y)[c * stride]);
+        for (int y = 0; y < height && all; ++y) {
+            if (stride == 1 && strides.pixel == C) all = all_fit(plane.pixel(0, y), width * C, 1);
+            else for (int c = 0; c < C; ++c) all = all && all_fit(plane.pixel(0, y) + c * stride, width, strides.pixel);
+        }
         if (all) return;
         std::vector<T>& copy = copies_.emplace_back();
         copy.reserve(std::size_t(width) * std::size_t(height) * std::size_t(C));

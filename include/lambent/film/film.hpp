@@ -400,34 +400,34 @@ PixelData<T> Film<T>::resolve(const Vec3d& position_offset) const {
             }
             if (n == 0) continue;
             const double hits = sums[std::size_t(layout.alpha)];
-            frame.radiance.view().store(x, y, mean3(layout.radiance, n));
-            if (n > 1) frame.variance.view().store(x, y, mean3(layout.deviation, n * (n - 1)));
-            frame.alpha.view().store(x, y, T(hits / n));
-            frame.samples.view().store(x, y, T(n));
-            if (layout.emission >= 0) frame.emission.view().store(x, y, mean3(layout.emission, n));
-            if (layout.albedo >= 0) frame.albedo.view().store(x, y, mean3(layout.albedo, n));
-            if (layout.normal >= 0) frame.normal.view().store(x, y, mean3(layout.normal, n));
-            if (!material_.empty()) frame.material.view().store(x, y, T(material_[pixel]));
-            if (layout.direct >= 0) frame.direct.view().store(x, y, mean3(layout.direct, n));
-            if (layout.indirect >= 0) frame.indirect.view().store(x, y, mean3(layout.indirect, n));
-            if (layout.halves >= 0) frame.halves.view().store(x, y, mean3(layout.halves, 1));
+            frame.radiance.store(x, y, mean3(layout.radiance, n));
+            if (n > 1) frame.variance.store(x, y, mean3(layout.deviation, n * (n - 1)));
+            frame.alpha.store(x, y, T(hits / n));
+            frame.samples.store(x, y, T(n));
+            if (layout.emission >= 0) frame.emission.store(x, y, mean3(layout.emission, n));
+            if (layout.albedo >= 0) frame.albedo.store(x, y, mean3(layout.albedo, n));
+            if (layout.normal >= 0) frame.normal.store(x, y, mean3(layout.normal, n));
+            if (!material_.empty()) frame.material.store(x, y, T(material_[pixel]));
+            if (layout.direct >= 0) frame.direct.store(x, y, mean3(layout.direct, n));
+            if (layout.indirect >= 0) frame.indirect.store(x, y, mean3(layout.indirect, n));
+            if (layout.halves >= 0) frame.halves.store(x, y, mean3(layout.halves, 1));
             for (const Part& part : parts) {
                 if (part.variance->view().absent()) continue;
-                if (part.mean != nullptr) part.mean->view().store(x, y, mean3(part.sum, n));
-                if (n > 1) part.variance->view().store(x, y, mean3(layout.deviation_of(part.sum), n * (n - 1)));
+                if (part.mean != nullptr) part.mean->store(x, y, mean3(part.sum, n));
+                if (n > 1) part.variance->store(x, y, mean3(layout.deviation_of(part.sum), n * (n - 1)));
             }
             if (layout.root_halves >= 0) {
-                frame.root_direct_halves.view().store(x, y, stored(sums[std::size_t(layout.root_halves)]));
-                frame.root_indirect_halves.view().store(x, y, stored(sums[std::size_t(layout.root_halves + 1)]));
+                frame.root_direct_halves.store(x, y, stored(sums[std::size_t(layout.root_halves)]));
+                frame.root_indirect_halves.store(x, y, stored(sums[std::size_t(layout.root_halves + 1)]));
             }
             if (depth_deviation >= 0 && n > 1)
-                frame.depth_variance.view().store(x, y, stored(sums[std::size_t(depth_deviation)] / (n * (n - 1))));
+                frame.depth_variance.store(x, y, stored(sums[std::size_t(depth_deviation)] / (n * (n - 1))));
             if (!(hits > 0)) continue;
             if (layout.position >= 0) {
                 const Vec3d p = Vec3d(mean3(layout.position, hits)) + position_offset;
-                frame.position.view().store(x, y, Vec3<T>(stored(p.x), stored(p.y), stored(p.z)));
+                frame.position.store(x, y, Vec3<T>(stored(p.x), stored(p.y), stored(p.z)));
             }
-            if (layout.depth >= 0) frame.depth.view().store(x, y, stored(sums[std::size_t(layout.depth)] / hits));
+            if (layout.depth >= 0) frame.depth.store(x, y, stored(sums[std::size_t(layout.depth)] / hits));
         }
     if (contains(planes_, FilmPlanes::illumination)) {
         demodulate(frame); // divides by albedos down to a thousandth

@@ -20,7 +20,7 @@ Plane<std::uint8_t, 1> emitter_mask(const PixelView<T, 3>& emission) {
     Plane<std::uint8_t, 1> mask(emission.width(), emission.height());
     for (int y = 0; y < emission.height(); ++y)
         for (int x = 0; x < emission.width(); ++x)
-            mask.view().store(x, y, max_component(emission.load(x, y)) > 0 ? 1 : 0);
+            mask.store(x, y, max_component(emission.load(x, y)) > 0 ? 1 : 0);
     return mask;
 }
 

@@ -16,6 +16,8 @@ inline namespace LAMBENT_ABI {
 template <class T, int C>
 class Plane {
 public:
+    using Value = typename PixelView<T, C>::Value;
+
     Plane() = default;
     Plane(int width, int height, T value = T(0)) { allocate(width, height, value); }
 
@@ -37,11 +39,33 @@ public:
         return absent() ? PixelView<const T, C>() : PixelView<const T, C>(values_.data(), width_, height_);
     }
 
-    auto load(int x, int y) const { return view().load(x, y); }
+    /// As those of view(): for loops over pixels.
+    Value load(int x, int y) const {
+        const T* const p = values_.data() + first_of(x, y);
+        if constexpr (C == 1) {
+            return *p;
+        } else {
+            Value value;
+            for (int c = 0; c < C; ++c) value[c] = p[c];
+            return value;
+        }
+    }
+    void store(int x, int y, const Value& value) {
+        T* const p = values_.data() + first_of(x, y);
+        if constexpr (C == 1) {
+            *p = value;
+        } else {
+            for (int c = 0; c < C; ++c) p[c] = value[c];
+        }
+    }
     std::vector<T>& values() { return values_; }
     const std::vector<T>& values() const { return values_; }
 
 private:
+    std::size_t first_of(int x, int y) const {
+        return (std::size_t(y) * std::size_t(width_) + std::size_t(x)) * std::size_t(C);
+    }
+
     std::vector<T> values_;
     int width_ = 0, height_ = 0;
 };

@@ -107,7 +107,7 @@ AdaptiveRound next_round(const Film<T>& film, const AdaptiveOptions& options, E&
         for (int y = int(begin); y < int(end); ++y)
             for (int x = 0; x < frame.width; ++x) {
                 const Vec3<T> light = relative.light_around(x, y);
-                own.view().store(x, y, relative.under(light, x, y) * frame.samples.load(x, y));
+                own.store(x, y, relative.under(light, x, y) * frame.samples.load(x, y));
                 T sum = 0;
                 int count = 0;
                 constexpr int reach = RelativeVariance<T>::reach;
@@ -117,7 +117,7 @@ AdaptiveRound next_round(const Film<T>& film, const AdaptiveOptions& options, E&
                         sum += relative.under(light, i, j) * frame.samples.load(i, j);
                         ++count;
                     }
-                around.view().store(x, y, count > 0 ? sum / T(count) : T(0));
+                around.store(x, y, count > 0 ? sum / T(count) : T(0));
             }
     });
 
