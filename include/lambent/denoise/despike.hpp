@@ -104,7 +104,8 @@ std::size_t despike(const PixelView<const T, 3>& image, const PixelView<T, 3>& o
 template <std::floating_point T>
 bool is_summable(const Vec3<T>& v) {
     constexpr T largest = std::numeric_limits<T>::max() / T(1 << 28);
-    return is_finite(v) && max_component(v) <= largest && min_component(v) >= -largest;
+    const auto fits = [](T x) { return is_finite(x) & (x <= largest) & (x >= -largest); }; // fast-math has no NaN
+    return fits(v.x) & fits(v.y) & fits(v.z);
 }
 
 /// Gives every pixel that is not summable, as with a NaN or an infinity, the mean of its neighbours that are, from the
@@ -114,8 +115,10 @@ template <std::floating_point T>
 std::size_t repair_non_finite(const PixelView<T, 3>& image, int radius = 32) {
     std::vector<std::pair<std::size_t, Vec3<T>>> repairs;
     const int width = image.width(), height = image.height();
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
+    for (int y = 0; y < height; ++y) {
+        bool all = true; // without branches: of several at once
+        for (int x = 0; x < width; ++x) all &= is_summable(image.load(x, y));
+        for (int x = 0; x < width && !all; ++x) {
             if (is_summable(image.load(x, y))) continue;
             Vec3<T> mean(0);
             int count = 0;
@@ -128,6 +131,7 @@ std::size_t repair_non_finite(const PixelView<T, 3>& image, int radius = 32) {
                     }
             repairs.emplace_back(std::size_t(y) * std::size_t(width) + std::size_t(x), mean);
         }
+    }
     for (const auto& [index, value] : repairs)
         image.store(int(index % std::size_t(width)), int(index / std::size_t(width)), value);
     return repairs.size();

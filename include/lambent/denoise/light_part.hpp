@@ -28,19 +28,26 @@ Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviation
     executor.parallel_for(std::size_t(height), 16, [&](std::size_t begin, std::size_t end) {
         // Sums of columns over the rows around, with and without the row itself, of the light and of its square: so the
         // neighbours' are never a difference of what the pixel itself has.
+        const int first = std::max(0, int(begin) - reach), last = std::min(height, int(end) + reach);
         const std::size_t size = std::size_t(width + 2 * reach);
-        std::vector<double> here(size), all(size), squares(size), others(size), others2(size);
+        std::vector<double> brightness(std::size_t(last - first) * size);
+        const auto row_of = [&](int y) { return brightness.data() + std::size_t(y - first) * size; };
+        for (int y = first; y < last; ++y)
+            for (int x = 0; x < width; ++x) {
+                const Vec3<T> value = light.load(x, y);
+                row_of(y)[x + reach] = double(value.x + value.y + value.z);
+            }
+        std::vector<double> all(size), squares(size), others(size), others2(size);
         for (int y = int(begin); y < int(end); ++y) {
             const int y0 = std::max(0, y - reach), y1 = std::min(height, y + reach + 1);
-            for (auto* sums : {&all, &squares, &others, &others2}) std::fill(sums->begin(), sums->end(), 0.0);
-            for (int v = y0; v < y1; ++v)
-                for (int x = 0; x < width; ++x) {
-                    const Vec3<T> value = light.load(x, v);
-                    const double b = double(value.x + value.y + value.z), part = v == y ? 0 : b;
-                    const std::size_t i = std::size_t(x + reach);
-                    all[i] += b, squares[i] += b * b, others[i] += part, others2[i] += part * part;
-                    here[i] = v == y ? b : here[i];
-                }
+            const double* const here = row_of(y);
+            for (auto* sums : {&others, &others2}) std::fill(sums->begin(), sums->end(), 0.0);
+            for (int v = y0; v < y1; ++v) {
+                const double* const b = row_of(v);
+                if (v == y) continue;
+                for (std::size_t i = 0; i < size; ++i) others[i] += b[i], others2[i] += b[i] * b[i];
+            }
+            for (std::size_t i = 0; i < size; ++i) all[i] = others[i] + here[i], squares[i] = others2[i] + here[i] * here[i];
             for (int x = 0; x < width; ++x) {
                 const std::size_t i = std::size_t(x + reach);
                 const int x0 = std::max(0, x - reach), x1 = std::min(width, x + reach + 1);

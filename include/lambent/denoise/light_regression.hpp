@@ -229,26 +229,24 @@ private:
 
     struct Work {
         Work(const LightRegressionOptions& o, const std::array<double, 2>& softness)
-            : weights(o.radius, o.stride, softness), taps(std::size_t((2 * o.radius + 1) * (2 * o.radius + 1))),
-              offsets(taps), said_offsets(taps) {}
+            : weights(o.radius, o.stride, softness), offsets(weights.taps().size()), said_offsets(offsets.size()) {}
 
         detail::LightWeights<T> weights;
-        std::size_t taps;
         std::vector<std::size_t> offsets, said_offsets; ///< of the taps of one row of centers
     };
 
     /// Those of the tile's centers that lie in `centers`.
     void fit_tile(const Loaded& light, int x0, int y0, const PixelWindow& centers, Work& work, T* said,
                   const PixelView<T, 1>& own) const {
-        const int side = 2 * o_.radius + 1, centers_w = tile_w / o_.stride, centers_h = tile_h / o_.stride;
+        const int centers_w = tile_w / o_.stride, centers_h = tile_h / o_.stride;
         const int first = std::max(0, centers.y0 - y0) / o_.stride;
         const int last = std::min(centers_h, (std::min(h_, centers.y1) - y0 + o_.stride - 1) / o_.stride);
         work.weights.find({guides_, scales_, inside_, light.roots, h_}, x0, y0, first, last);
         for (int j = first; j < last; ++j) {
-            for (int t = 0; t < side * side; ++t) {
-                const int dx = t % side - o_.radius, dy = t / side - o_.radius;
-                work.offsets[std::size_t(t)] = guides_.at(x0 + dx, std::min(y0 + j * o_.stride + dy, h_ + Phased::rim_y - 1));
-                work.said_offsets[std::size_t(t)] = said_index(0, dx + o_.radius, j * o_.stride + dy + o_.radius);
+            for (std::size_t t = 0; t < work.offsets.size(); ++t) {
+                const auto [dx, dy] = work.weights.taps()[t];
+                work.offsets[t] = guides_.at(x0 + dx, std::min(y0 + j * o_.stride + dy, h_ + Phased::rim_y - 1));
+                work.said_offsets[t] = said_index(0, dx + o_.radius, j * o_.stride + dy + o_.radius);
             }
             const int from = std::max(0, centers.x0 - x0) / (o_.stride * width) * width;
             for (int i = from; i < centers_w && x0 + i * o_.stride < centers.x1; i += width)
@@ -261,20 +259,20 @@ private:
     void fit(const Loaded& light, int x0, int y0, int i, int j, const Work& work, T* said,
              const PixelView<T, 1>& own) const {
         const Phased &colors = light.colors, &brightness = light.brightness;
-        const int side = 2 * o_.radius + 1, y = y0 + j * o_.stride;
+        const int y = y0 + j * o_.stride;
         P here[features];
         for (int c = 0; c < features; ++c) here[c] = P::load(guides_.channel(c) + guides_.at(x0, y) + i);
         P a[coefficients * (coefficients + 1) / 2], b[coefficients * 3];
         for (P& v : a) v = P(T(0));
         for (P& v : b) v = P(T(0));
-        const auto weights = [&](int t) { return work.weights.of(t, j, i); };
-        for (int t0 = 0; t0 < side * side; t0 += block) {
+        const std::size_t taps = work.offsets.size();
+        const auto weights = [&](std::size_t t) { return work.weights.of(t, j, i); };
+        for (std::size_t t0 = 0; t0 < taps; t0 += block) {
             P phi[coefficients][block], weighted[coefficients][block], value[3][block];
 #pragma GCC unroll 4
-            for (int k = 0; k < block; ++k) {
-                const int t = std::min(t0 + k, side * side - 1);
-                const std::size_t there = work.offsets[std::size_t(t)] + std::size_t(i);
-                const P w = t0 + k < side * side ? weights(t) : P(T(0));
+            for (std::size_t k = 0; k < block; ++k) {
+                const std::size_t t = std::min(t0 + k, taps - 1), there = work.offsets[t] + std::size_t(i);
+                const P w = t0 + k < taps ? weights(t) : P(T(0));
                 phi[0][k] = P(T(1));
                 weighted[0][k] = w;
 #pragma GCC unroll 8
@@ -308,9 +306,9 @@ private:
                         own.store(x0 + (i + k) * o_.stride + u, v, share[k]);
         }
         solve(a, b);
-        for (int t = 0; t < side * side; ++t) {
-            const std::size_t there = work.offsets[std::size_t(t)] + std::size_t(i);
-            T* const to = said + work.said_offsets[std::size_t(t)] + i;
+        for (std::size_t t = 0; t < taps; ++t) {
+            const std::size_t there = work.offsets[t] + std::size_t(i);
+            T* const to = said + work.said_offsets[t] + i;
             P sum[3] = {b[0], b[1], b[2]};
 #pragma GCC unroll 8
             for (int c = 0; c < features; ++c) {

@@ -37,37 +37,52 @@ class LightWeights {
 public:
     static constexpr int tile_w = 64, tile_h = 16; ///< pixels of a tile; its width holds whole Packs of centers
 
+    struct Tap {
+        int dx, dy;
+    };
+
     /// radius  of the windows around centers
     /// stride  one center for so many pixels a side, 1 or 2
     LightWeights(int radius, int stride, const std::array<double, 2>& test_softness)
-        : radius_(radius), stride_(stride), centers_w_(tile_w / stride), centers_h_(tile_h / stride),
-          test_softness_(test_softness),
-          weights_(std::size_t((2 * radius + 1) * (2 * radius + 1) * centers_w_ * centers_h_)),
+        : stride_(stride), centers_w_(tile_w / stride), centers_h_(tile_h / stride),
+          test_softness_(test_softness), taps_(taps_within(radius)),
+          weights_(taps_.size() * std::size_t(centers_w_ * centers_h_)),
           test_(std::size_t(test_w * (tile_h + 2 * patch + radius))), small_(std::size_t(test_w)),
           large_(std::size_t(test_w)) {}
 
     /// For rows [first, last) of the centers of the tile that begins at (x0, y0).
     void find(const LightGuides<T>& image, int x0, int y0, int first, int last) {
-        for (int dy = 0; dy <= radius_; ++dy)
-            for (int dx = dy == 0 ? 0 : -radius_; dx <= radius_; ++dx) {
-                if (stride_ == 1) compare<1>(image, x0, y0, dx, dy, first, last);
-                else compare<2>(image, x0, y0, dx, dy, first, last);
-            }
+        for (std::size_t tap = taps_.size() / 2; tap < taps_.size(); ++tap) {
+            if (stride_ == 1) compare<1>(image, x0, y0, tap, first, last);
+            else compare<2>(image, x0, y0, tap, first, last);
+        }
     }
 
-    /// Of eight centers side by side with the pixels at a place in their windows, which count row by row.
-    P of(int tap, int row, int center) const {
-        return P::load(&weights_[std::size_t((tap * centers_h_ + row) * centers_w_ + center)]);
-    }
+    /// The pixels of a window, row by row: the last lies opposite of the first, and so on.
+    const std::vector<Tap>& taps() const { return taps_; }
+
+    /// Of eight centers side by side with the pixels at a place in their windows.
+    P of(std::size_t tap, int row, int center) const { return P::load(&weights_[row_of(tap, row) + std::size_t(center)]); }
 
 private:
     static constexpr int patch = 3;            ///< radius of the larger of the two that are compared
     static constexpr int test_w = tile_w + 32; ///< a tile's columns with those around, as whole Packs read them
 
-    /// For the pixels at an offset, dy >= 0, and for those at the opposite one: the two that the one compares with each
-    /// other the other compares as well.
+    static std::vector<Tap> taps_within(int radius) {
+        std::vector<Tap> taps;
+        for (int dy = -radius; dy <= radius; ++dy)
+            for (int dx = -radius; dx <= radius; ++dx) taps.push_back({dx, dy});
+        return taps;
+    }
+    std::size_t row_of(std::size_t tap, int row) const {
+        return (tap * std::size_t(centers_h_) + std::size_t(row)) * std::size_t(centers_w_);
+    }
+
+    /// For a tap, dy >= 0, and for the opposite one: the two pixels that the one compares with each other the other compares
+    /// as well.
     template <int stride>
-    void compare(const LightGuides<T>& image, int x0, int y0, int dx, int dy, int first, int last) {
+    void compare(const LightGuides<T>& image, int x0, int y0, std::size_t tap, int first, int last) {
+        const auto [dx, dy] = taps_[tap];
         const Phased& roots = image.roots;
         const int left = -patch - std::max(dx, 0), right = tile_w + patch - std::min(dx, 0);
         const int top = first * stride - patch - dy;
@@ -84,30 +99,31 @@ private:
             }
         }
         const auto from = [&](int x, int y) { return &test_[std::size_t((y - top) * test_w + x - left)]; };
-        weigh<stride>(image, from(-patch, first * stride - patch), x0, y0, dx, dy, first, last);
+        weigh<stride>(image, from(-patch, first * stride - patch), x0, y0, tap, first, last);
         if (dx != 0 || dy != 0)
-            weigh<stride>(image, from(-patch - dx, first * stride - patch - dy), x0, y0, -dx, -dy, first, last);
+            weigh<stride>(image, from(-patch - dx, first * stride - patch - dy), x0, y0, taps_.size() - 1 - tap, first,
+                          last);
     }
 
     /// tests  of the pixels beginning with that which is `patch` to the left of the first center and above it
     template <int stride>
-    void weigh(const LightGuides<T>& image, const T* tests, int x0, int y0, int dx, int dy, int first, int last) {
-        const int tap_number = (dy + radius_) * (2 * radius_ + 1) + dx + radius_;
+    void weigh(const LightGuides<T>& image, const T* tests, int x0, int y0, std::size_t tap, int first, int last) {
+        const auto [dx, dy] = taps_[tap];
         const T* const here_inside = image.inside.channel(0) + image.inside.at(x0, 0);
         const T* const there_inside = image.inside.channel(0) + image.inside.at(x0 + dx, 0);
         const T k1 = T(1 / test_softness_[0]), k3 = T(1 / test_softness_[1]);
-        constexpr int centers_w = tile_w / stride, centers_h = tile_h / stride;
+        constexpr int centers_w = tile_w / stride;
         const auto column = [](int x) { return std::size_t(x % stride * (test_w / stride) + x / stride); };
         for (int j = first; j < last; ++j) {
             const int y = j * stride;
-            T* out = &weights_[std::size_t((tap_number * centers_h + j) * centers_w)];
+            T* out = &weights_[row_of(tap, j)];
             if (y0 + y + dy < 0 || y0 + y + dy >= image.height) {
                 std::fill_n(out, centers_w, T(0));
                 continue;
             }
             const T* const rows = tests + (j - first) * stride * test_w; // rows y - 3 to y + 3
             for (int x = 0; x < tile_w + 2 * patch; x += stride * width) {
-                P small[stride], large[stride];
+                P small[std::size_t(stride)], large[std::size_t(stride)];
                 for (int k = 0; k < stride; ++k) {
                     const auto row = [&](int v) { return P::load(rows + v * test_w + x + k * width); };
                     small[k] = row(2) + row(3) + row(4);
@@ -123,7 +139,7 @@ private:
                 }
             }
             const std::size_t center = image.guides.at(x0, image.row(y0 + y));
-            const std::size_t tap = image.guides.at(x0 + dx, image.row(y0 + y + dy));
+            const std::size_t there = image.guides.at(x0 + dx, image.row(y0 + y + dy));
             for (int i = 0; i < centers_w; i += width) {
                 const auto small = [&](int u) { return P::load(&small_[column(u) + std::size_t(i)]); };
                 const auto large = [&](int u) { return P::load(&large_[column(u) + std::size_t(i)]); };
@@ -132,7 +148,7 @@ private:
                 P distance(T(0));
 #pragma GCC unroll 8
                 for (int c = 0; c < light_features; ++c) {
-                    const P d = P::load(image.guides.channel(c) + center + i) - P::load(image.guides.channel(c) + tap + i);
+                    const P d = P::load(image.guides.channel(c) + center + i) - P::load(image.guides.channel(c) + there + i);
                     distance = multiply_add(d * d, P::load(image.scales.channel(c) + center + i), distance);
                 }
                 const P zero(T(0)), one(T(1));
@@ -151,8 +167,9 @@ private:
         pair[1] = P(__builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15));
     }
 
-    int radius_, stride_, centers_w_, centers_h_;
+    int stride_, centers_w_, centers_h_;
     std::array<double, 2> test_softness_;
+    std::vector<Tap> taps_;
     std::vector<T> weights_;              ///< [tap][center]
     std::vector<T> test_, small_, large_; ///< of pixels; of columns of a row of patches, split like PhasedPlanes
 };
