@@ -30,11 +30,23 @@ inline std::string bvh_chart(const std::vector<Row>& rows) {
     return plot.svg();
 }
 
+/// The style sheet with each var(--name) as the palette has it: viewers other than browsers know no variables.
+inline std::string with_colours(std::string css, const std::string& colours) {
+    for (std::size_t at = 0; at < colours.size();) {
+        const std::size_t colon = colours.find(':', at), end = colours.find(';', at);
+        const std::string variable = "var(" + colours.substr(at, colon - at) + ")";
+        for (std::size_t i = css.find(variable); i != std::string::npos; i = css.find(variable, i))
+            css.replace(i, variable.size(), colours.substr(colon + 1, end - colon - 1));
+        at = end + 1;
+    }
+    return css;
+}
+
 /// A chart as a file of its own, which needs a background, a namespace and its colours.
 inline std::string as_file(std::string chart) {
     if (chart.empty()) return "";
     chart.insert(4, " xmlns='http://www.w3.org/2000/svg' font-family='sans-serif' font-size='12'");
-    chart.insert(chart.find('\n') + 1, "<style>svg{" + palette("light") + "}" + plot_style() +
+    chart.insert(chart.find('\n') + 1, "<style>" + with_colours(plot_style(), palette("light")) +
                                            "</style>\n<rect width='100%' height='100%' fill='#fff'/>\n");
     return chart;
 }
