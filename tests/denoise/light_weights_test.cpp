@@ -35,7 +35,7 @@ struct RandomGuides {
         fill(roots, 3, 0.3, 0.6);
         for (int x = 0; x < image_width; ++x) inside.channel(0)[inside.at(x, 0)] = 1;
     }
-    detail::LightGuides<float> all() const { return {guides, scales, inside, roots, image_height}; }
+    detail::WeightInputs<float> all() const { return {guides, scales, inside, roots, image_height}; }
 };
 
 /// In double precision, from the definition.

@@ -43,8 +43,8 @@ Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviation
             const double* const here = row_of(y);
             for (auto* sums : {&others, &others2}) std::fill(sums->begin(), sums->end(), 0.0);
             for (int v = y0; v < y1; ++v) {
-                const double* const b = row_of(v);
                 if (v == y) continue;
+                const double* const b = row_of(v);
                 for (std::size_t i = 0; i < size; ++i) others[i] += b[i], others2[i] += b[i] * b[i];
             }
             for (std::size_t i = 0; i < size; ++i) all[i] = others[i] + here[i], squares[i] = others2[i] + here[i] * here[i];
@@ -162,7 +162,7 @@ struct ClampedPart {
             for (int x = 0; x < light.width(); ++x) {
                 const Vec3<T> r = part.root.load(x, y);
                 root.store(x, y, is_finite(r) ? r * std::sqrt(factors.load(x, y))
-                                                     : sqrt(max(light.load(x, y), Vec3<T>(0))));
+                                              : sqrt(max(light.load(x, y), Vec3<T>(0))));
             }
         return root;
     }

@@ -16,7 +16,7 @@ inline constexpr int light_features = 7; ///< that light is fitted to
 
 /// What pixels are compared by, all of one image.
 template <class T>
-struct LightGuides {
+struct WeightInputs {
     const PhasedPlanes<T>& guides; ///< features
     const PhasedPlanes<T>& scales; ///< 1 over what squares of their differences are measured by
     const PhasedPlanes<T>& inside; ///< of a row: 1 in the image, 0 beside it
@@ -51,7 +51,7 @@ public:
           large_(std::size_t(test_w)) {}
 
     /// For rows [first, last) of the centers of the tile that begins at (x0, y0).
-    void find(const LightGuides<T>& image, int x0, int y0, int first, int last) {
+    void find(const WeightInputs<T>& image, int x0, int y0, int first, int last) {
         for (std::size_t tap = taps_.size() / 2; tap < taps_.size(); ++tap) {
             if (stride_ == 1) compare<1>(image, x0, y0, tap, first, last);
             else compare<2>(image, x0, y0, tap, first, last);
@@ -81,7 +81,7 @@ private:
     /// For a tap, dy >= 0, and for the opposite one: the two pixels that the one compares with each other the other compares
     /// as well.
     template <int stride>
-    void compare(const LightGuides<T>& image, int x0, int y0, std::size_t tap, int first, int last) {
+    void compare(const WeightInputs<T>& image, int x0, int y0, std::size_t tap, int first, int last) {
         const auto [dx, dy] = taps_[tap];
         const Phased& roots = image.roots;
         const int left = -patch - std::max(dx, 0), right = tile_w + patch - std::min(dx, 0);
@@ -107,7 +107,7 @@ private:
 
     /// tests  of the pixels beginning with that which is `patch` to the left of the first center and above it
     template <int stride>
-    void weigh(const LightGuides<T>& image, const T* tests, int x0, int y0, std::size_t tap, int first, int last) {
+    void weigh(const WeightInputs<T>& image, const T* tests, int x0, int y0, std::size_t tap, int first, int last) {
         const auto [dx, dy] = taps_[tap];
         const T* const here_inside = image.inside.channel(0) + image.inside.at(x0, 0);
         const T* const there_inside = image.inside.channel(0) + image.inside.at(x0 + dx, 0);

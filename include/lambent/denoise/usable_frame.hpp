@@ -2,8 +2,8 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/film/pixel_data.hpp>
 #include <cmath>
-#include <cstddef>
 #include <concepts>
+#include <cstddef>
 #include <limits>
 #include <list>
 #include <vector>
