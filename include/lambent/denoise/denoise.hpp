@@ -29,7 +29,7 @@ DenoiseReport denoise(const FrameView<T>& input, const std::type_identity_t<Pixe
     require_equal_sizes("denoise: radiance and another plane", input);
     const bool coarse = options.noise == NoiseUse::coarse_regression;
     if ((coarse || options.noise == NoiseUse::regression) && has_light_statistics(input)) {
-        const LightDenoiseReport light = denoise_light(input, out, light_options(coarse), executor, error);
+        const LightDenoiseReport light = denoise_light(input, out, {.stride = coarse ? 2 : 1}, executor, error);
         return {
             .non_finite = light.non_finite, .used = options.noise, .error = !error.absent(), .spikes = light.spikes};
     }

@@ -60,8 +60,8 @@ struct TileSize {
 
 /// denoise() of an image that does not fit into memory, tile by tile, to the same bits; filters over whole windows
 /// (BilateralForm::naive_2d and reuse_2d) add up their taps in another order: to 1e-5. Planes are asked for by windows:
-/// the tile, and as far around it as its pixels depend on (29 pixels for `best`, 31 for `balanced`, and up to the
-/// next tile of 64 x 16; 84 for `fast` with one sample; 50 for the filter of 33 taps), as far as the image goes.
+/// the tile, and as far around it as its pixels depend on (29 pixels for `best` and `balanced`, and up to the next
+/// tile of 64 x 16; 84 for `fast` with one sample; 50 for the filter of 33 taps), as far as the image goes.
 ///   denoise_tiles<float>(width, height, {}, [&](const PixelWindow& w) { return planes_from_file(w); },
 ///       [&](const PixelWindow& w, const auto& radiance, const auto& error) { write(w, radiance); }, options, threads);
 /// frame    is asked for each tile up to four times, first of the tiles alone: what one pixel is depends on the mean
@@ -99,7 +99,7 @@ DenoiseReport denoise_tiles(int width, int height, const TileSize& size, Frame&&
     const FrameView<T> first = planes(tiles.front());
     const bool coarse = options.noise == NoiseUse::coarse_regression;
     if ((coarse || options.noise == NoiseUse::regression) && has_light_statistics(first)) {
-        Light steps(width, height, light_options(coarse));
+        Light steps(width, height, {.stride = coarse ? 2 : 1});
         const auto usable = [&](const PixelWindow& window, auto&& use) {
             const FrameView<T> view = planes(window);
             require(has_light_statistics(view), "denoise_tiles: a window has no statistics of its samples");

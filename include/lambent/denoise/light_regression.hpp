@@ -23,7 +23,8 @@ struct LightRegressionOptions {
     int stride = 2;               ///< one model for so many pixels a side, 1 or 2
     double feature_sigma = 1.5;   ///< in deviations of a feature, or steps to the neighbouring pixels
     double feature_floor = 1e-3;  ///< least variance of a feature
-    double own_vote = 1e-9;       ///< weight of what a pixel says of itself, beside what windows say
+    double own_vote = 1e-9;       ///< weight of what a pixel says of itself, beside what windows say. With a stride it
+                                  ///< speaks for those like it within 5 x 5 where windows say less than twice that much
     double ridge = 1e-3;          ///< on the slopes, relative to the sum of weights
     double dim = 0.5; ///< below this part of the image's mean light, or of what a pixel's samples vouch for, errors count
                       ///< as they are, above it as parts of the light
@@ -212,10 +213,54 @@ private:
                     const Vec3<T> here(color(0), color(1), color(2));
                     const T level = (here.x + here.y + here.z) * light.brightness.channel(0)[i];
                     const T vote = T(o_.own_vote) / (1 + level * level);
-                    const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + vote * here) / (sum[3] + vote);
+                    // No window may know a pixel that is no center, on an edge say: there its own noise would stay.
+                    const bool alone = o_.stride > 1 && vote > sum[3] / 2 && level > 0;
+                    const Vec3<T> its = alone ? mean_of_alike(light, x, y) : here;
+                    const Vec3<T> value = (Vec3<T>(sum[0], sum[1], sum[2]) + vote * its) / (sum[3] + vote);
                     out.store(x, y, max(value, Vec3<T>(0)));
                 }
         });
+    }
+
+    /// The mean of what lies within 5 x 5 pixels, by the weights of windows but that patches are 3 x 3 alone.
+    Vec3<T> mean_of_alike(const Loaded& light, int x, int y) const {
+        constexpr int radius = 2;
+        constexpr T negligible = 12; // of exponents
+        const std::size_t here = guides_.at(x, y);
+        Vec3<T> sum(0);
+        T weights = 0;
+        for (int v = std::max(0, y - radius); v <= std::min(h_ - 1, y + radius); ++v)
+            for (int u = std::max(0, x - radius); u <= std::min(w_ - 1, x + radius); ++u) {
+                const std::size_t there = guides_.at(u, v);
+                T distance = 0;
+                for (int c = 0; c < features; ++c) {
+                    const T d = guides_.channel(c)[there] - guides_.channel(c)[here];
+                    distance += d * d * scales_.channel(c)[here];
+                }
+                if (distance > negligible) continue;
+                T test = 0;
+                for (int row = -1; row <= 1; ++row) {
+                    const std::size_t a = light.roots.at(x, y + row), b = light.roots.at(u, v + row);
+                    for (std::size_t k = 0; k < 3; ++k) {
+                        T square = 0;
+                        for (int c = 0; c < 3; ++c) {
+                            const T d = light.roots.channel(c)[a + k - 1] - light.roots.channel(c)[b + k - 1];
+                            square += d * d;
+                        }
+                        test += square / (light.roots.channel(3)[a + k - 1] + light.roots.channel(3)[b + k - 1]);
+                    }
+                }
+                distance += std::max(T(0), test / 9 - 1) / T(light.test_softness[0]);
+                if (distance > negligible) continue;
+                const std::size_t i = light.colors.at(u, v);
+                const auto color = [&](int c) { return light.colors.channel(c)[i]; };
+                const Vec3<T> value(color(0), color(1), color(2));
+                const T level = (value.x + value.y + value.z) * light.brightness.channel(0)[i];
+                const T weight = std::exp(-distance) / (1 + level * level);
+                sum += weight * value;
+                weights += weight;
+            }
+        return sum / weights; // its own is above 0
     }
 
     int reach_h() const { return tile_h + 2 * o_.radius; }

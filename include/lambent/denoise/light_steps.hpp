@@ -31,12 +31,6 @@ struct LightDenoiseOptions {
                                 ///< on; 0: they are not
 };
 
-/// What `best` does; `coarse`: what `balanced` does, with a model for every second pixel a side in windows that are larger.
-inline LightDenoiseOptions light_options(bool coarse) {
-    if (coarse) return {.radius = 6, .stride = 2};
-    return {};
-}
-
 namespace detail {
 
 /// The steps of denoise_light() on one tile of a frame after the other, each step on all tiles before the next, since it
