@@ -299,7 +299,6 @@ private:
         }
     }
 
-
     /// Fits the models of eight centers side by side, and lets each speak about its window.
     void fit(const Loaded& light, int x0, int y0, int i, int j, const Work& work, T* said,
              const PixelView<T, 1>& own) const {
