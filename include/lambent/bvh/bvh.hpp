@@ -87,7 +87,8 @@ public:
         detail::refit<Leaves>(tree_, set, executor);
     }
 
-    /// The nearest hit with t_min <= t < t_max.
+    /// The nearest hit with t_min <= t < t_max; of several at the same t the one with the lowest index, of its instance and
+    /// then of its primitive. So the answer does not depend on the tree's shape, only on the ray and the primitives.
     Hit<T> intersect(const Ray<T>& ray) const { return intersect(ray, AcceptAll{}); }
 
     /// The nearest hit that `accept` takes.
@@ -107,10 +108,10 @@ public:
         return bool(detail::traverse<detail::Query::any>(tree_, leaves_, ray, detail::filter_for<Leaves>(accept)));
     }
 
-    /// The nearest hit of each ray, to hits[i], which may be longer than rays. To the bit what single rays answer, but
-    /// that of hits at the same t either may be it. Rays that go the same way (a tile of a camera's) share their way
-    /// through the tree, if they lie side by side in the batch; in a tree that is large for the processor's caches the
-    /// others are interleaved, so that none waits for memory. The rest are traced one by one.
+    /// The nearest hit of each ray, to hits[i], which may be longer than rays. To the bit what single rays answer. Rays
+    /// that go the same way (a tile of a camera's) share their way through the tree, if they lie side by side in the
+    /// batch; in a tree that is large for the processor's caches the others are interleaved, so that none waits for
+    /// memory. The rest are traced one by one.
     /// throws  lambent::Error if hits is too short, before any is written
     template <HitFilter<T> Accept = AcceptAll>
     void intersect(std::span<const Ray<T>> rays, std::span<Hit<T>> hits, const Accept& accept = {}) const {

@@ -290,7 +290,8 @@ private:
     template <detail::Query query, class Accept>
     static bool meet_one(const PlacedTree<Tree>& placed, Ray<Scalar> ray, std::uint32_t id, const Accept& accept,
                          Hit<Scalar>& hit) {
-        ray.t_max = hit.t;
+        if constexpr (query == detail::Query::any) ray.t_max = hit.t;
+        else ray.t_max = next_up(hit.t); // one beside it may go first
         ray = placed.to_object_space(ray);
         const auto& filter = in_instance<Scalar>(accept, id);
         if constexpr (query == detail::Query::any) {
@@ -298,7 +299,7 @@ private:
             hit.primitive = 0; // some one
         } else {
             const Hit<Scalar> found = placed.tree->intersect(ray, filter);
-            if (!found) return false;
+            if (!found || !(found.t < hit.t || (hit && id < hit.instance))) return false;
             hit = found;
         }
         hit.instance = id;

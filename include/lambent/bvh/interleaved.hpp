@@ -111,7 +111,7 @@ private:
             const int count = (current & Child::second_block_bit) != 0 ? 2 : 1;
             bool found;
             if constexpr (both_ways) {
-                found = leaves.meet_both_ways(prepared, blocks, count, hits[0].t, hits);
+                found = leaves.template meet_both_ways<query>(prepared, blocks, count, hits);
             } else {
                 found = leaves.template meet<query>(prepared, blocks, count, accept, hits[0]);
             }
@@ -134,7 +134,7 @@ private:
 
         static constexpr bool both_ways =
             std::same_as<Accept, AcceptAll> && requires(const Leaves& leaves, Walk& walk) {
-                leaves.meet_both_ways(walk.prepared, nullptr, 1, walk.limit, walk.hits);
+                leaves.template meet_both_ways<query>(walk.prepared, nullptr, 1, walk.hits);
             };
     };
 

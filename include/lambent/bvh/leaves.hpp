@@ -8,6 +8,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <span>
@@ -27,14 +28,14 @@
 ///   refit(set, block)       renews a block whose primitives have moved; returns the box of those that can be hit
 ///   Query                   what a ray needs of its own in leaves of this kind; made once a ray
 ///   meet<query>(q, blocks, count, accept, hit)
-///                           lowers `hit` to the nearest accepted hit in [t_min, hit.t); true if it did.
-///                           For Query::any the first one will do.
+///                           lowers `hit` to the nearest accepted hit in [t_min, hit.t), or one at hit.t that
+///                           goes_first(); true if it did. For Query::any the first one before hit.t will do
 /// and where they are triangles
 ///   triangles(block)        the block's as a TriangleBlock, for queries that need corners
 /// and, where there is need,
-///   meet_both_ways(q, blocks, count, t_max, hits)
-///                           for rays without filter that others go on beside: with no branch on what is hit. Whether
-///                           something was in [t_min, t_max): the nearest goes to hits[0]; else hits[1] holds anything
+///   meet_both_ways<query>(q, blocks, count, hits)
+///                           the same for hits[0], for rays without filter that others go on beside: with no branch on
+///                           what is hit. If nothing was, hits[1] holds anything
 ///   margin()                how far outside of a box its primitives may be hit: see default_margin
 ///   instanced               true: hits carry an instance, and filters are told
 namespace lambent {
@@ -65,6 +66,20 @@ concept HitFilter = detail::FlatFilter<A, T> || detail::InstanceFilter<A, T>;
 namespace detail {
 
 enum class Query : std::uint8_t { closest, any };
+
+/// Of hits at the same t the one with the lowest index is the nearest, so that no answer depends on the order in which a
+/// query comes upon them. Before that of a miss, at t_max, goes none.
+constexpr bool goes_first(std::uint32_t primitive, std::uint32_t other) { return primitive + 1 < other + 1; }
+
+/// Whether a hit of `primitive` at t is nearer than the nearest so far.
+template <class T>
+constexpr bool comes_before(T t, std::uint32_t primitive, const Hit<T>& hit) {
+    return t < hit.t || (t == hit.t && goes_first(primitive, hit.primitive));
+}
+
+/// Where a query looks for triangles: not only nearer than the nearest so far, since one beside it may go first.
+template <Query query>
+inline constexpr RangeEnd range_end = query == Query::any ? RangeEnd::open : RangeEnd::closed;
 
 /// What a filter asks of the triangle test itself: its constant `rules`, see facing.hpp.
 template <class Accept>
@@ -254,12 +269,16 @@ struct StoredTriangles {
         }
     }
 
-    static bool meet_both_ways(const Query& q, const Block* block, int count, T t_max, Hit<T>* hits)
+    template <detail::Query query>
+    static bool meet_both_ways(const Query& q, const Block* block, int count, Hit<T>* hits)
         requires(native_width<T> >= 8)
     {
         using Lanes = Pack<T, 8>;
         constexpr bool early_out = false;
-        const auto found = intersect<HitRules{}, 8, early_out>(q.ray, block[0], block[count - 1], q.t_min, t_max);
+        auto found = intersect<HitRules{}, 8, range_end<query>, early_out>(q.ray, block[0], block[count - 1], q.t_min,
+                                                                           hits[0].t);
+        if constexpr (query == detail::Query::closest) // each lane by itself: the nearest would be known too late
+            found.mask = found.mask & ((found.t < Lanes(hits[0].t)) | go_first(block[0], block[count - 1], hits[0].primitive));
         const Lanes t = select(found.mask, found.t, Lanes(std::numeric_limits<T>::infinity()));
         const T nearest = smallest(t);
         const unsigned lane = unsigned(std::countr_zero(bits(t == Lanes(nearest)) | 1u << 7)); // the first, if several
@@ -273,17 +292,30 @@ struct StoredTriangles {
     }
 
 private:
+    /// Which of two blocks' triangles goes_first(); anything for those that cannot be hit.
+    [[gnu::always_inline]] static Mask<T, 8> go_first(const Block& first, const Block& second, std::uint32_t other) {
+        using Ids = typename VectorOf<std::int32_t, 4>::Type;
+        Ids low, high;
+        std::memcpy(&low, first.primitive, sizeof(low));
+        std::memcpy(&high, second.primitive, sizeof(high));
+        const auto ids = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+        const Mask<float, 8> before{ids + 1 < std::int32_t(other + 1)};
+        if constexpr (sizeof(T) == sizeof(float)) return before;
+        else return {std::uint16_t(bits(before))};
+    }
+
     template <detail::Query query, int N, class Accept>
     [[gnu::always_inline]] static bool meet_lanes(const Query& q, const Block* block, const Accept& accept,
                                                   Hit<T>& hit) {
-        const BlockHit<T, N> found = intersect<rules_of<Accept>(), N>(q.ray, block[0], block[N / 4 - 1], q.t_min, hit.t);
+        const BlockHit<T, N> found =
+            intersect<rules_of<Accept>(), N, range_end<query>>(q.ray, block[0], block[N / 4 - 1], q.t_min, hit.t);
         bool nearer = false;
         for (unsigned lanes = bits(found.mask); lanes != 0; lanes &= lanes - 1) {
             const int lane = std::countr_zero(lanes);
             const T t = found.t[lane];
-            if (!(t < hit.t)) continue; // an earlier lane is nearer
-            const T u = found.u[lane], v = found.v[lane];
             const std::uint32_t primitive = block[lane / 4].primitive[lane % 4];
+            if (query == detail::Query::closest && !comes_before(t, primitive, hit)) continue;
+            const T u = found.u[lane], v = found.v[lane];
             if (!accept(primitive, u, v, t)) continue;
             hit = {.t = t, .u = u, .v = v, .primitive = primitive};
             if constexpr (query == detail::Query::any) return true;

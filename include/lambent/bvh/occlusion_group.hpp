@@ -81,7 +81,7 @@ private:
         const int blocks = (child & Child::second_block_bit) != 0 ? 2 : 1;
         for (int b = 0; b < blocks; ++b)
             for (int i = 0; i < block_lanes && block[b].primitive[i] != no_primitive; ++i) {
-                const auto found = group_.template meet<rules_of<Accept>()>(block[b], i, axes);
+                const auto found = group_.template meet<rules_of<Accept>(), RangeEnd::open>(block[b], i, axes);
                 for (unsigned hits = bits(found.mask) & active; hits != 0; hits &= hits - 1) {
                     const int l = std::countr_zero(hits);
                     if (!accept_(block[b].primitive[i], found.u[l], found.v[l], found.t[l])) continue;

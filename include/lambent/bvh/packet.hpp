@@ -125,10 +125,11 @@ private:
 
     [[gnu::always_inline]] bool meet_triangle(const TriangleBlock<T>& block, int i, int g) {
         RayGroup<T, lanes>& group = groups_[g];
-        const BlockHit<T, lanes> found = group.template meet<rules_of<Accept>()>(block, i, axes_);
+        const BlockHit<T, lanes> found = group.template meet<rules_of<Accept>(), RangeEnd::closed>(block, i, axes_);
         bool changed = false;
         for (unsigned hits = bits(found.mask); hits != 0; hits &= hits - 1) {
             const int l = std::countr_zero(hits), ray = g * lanes + l;
+            if (!(found.t[l] < group.t_max[l]) && !goes_first(block.primitive[i], primitive_[ray])) continue;
             if (!accept_(block.primitive[i], found.u[l], found.v[l], found.t[l])) continue;
             group.t_max.set(l, found.t[l]);
             group.limit.set(l, just_behind<T>(found.t[l] * group.along[l]));

@@ -85,7 +85,7 @@ public:
         for (const Block* const end = block + count; block != end; ++block)
             for (const std::uint32_t primitive : block->primitive) {
                 if ((primitive & hidden_bit) != 0) continue;
-                ray.t_max = hit.t;
+                ray.t_max = query == detail::Query::any ? hit.t : next_up(hit.t); // one beside it may go first
                 if (meet_one<query>(ray, primitive, accept, hit)) {
                     if constexpr (query == detail::Query::any) return true;
                     nearer = true;
@@ -107,6 +107,7 @@ private:
             for (;;) {
                 const Hit<Scalar> found = set_->intersect(primitive, ray);
                 if (!is_finite(found.t) || found.t < ray.t_min || found.t >= ray.t_max) return false;
+                if (query == detail::Query::closest && !comes_before(found.t, primitive, hit)) return false;
                 if (accept(primitive, found.u, found.v, found.t)) {
                     hit = {.t = found.t, .u = found.u, .v = found.v, .primitive = primitive};
                     return true;

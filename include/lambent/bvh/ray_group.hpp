@@ -129,7 +129,7 @@ struct RayGroup {
     }
 
     /// Where the rays meet a block's i-th triangle.
-    template <HitRules rules>
+    template <HitRules rules, RangeEnd end>
     [[gnu::always_inline]] BlockHit<T, N> meet(const TriangleBlock<T>& block, int i,
                                                const typename RayKind<T>::Axes& axes) const {
         const Rays ox = origin[axes.x], oy = origin[axes.y], oz = origin[axes.z];
@@ -139,7 +139,7 @@ struct RayGroup {
             x[v] = exact_multiply_add(slope_x, z[v], Rays(block.vertex[v][axes.x][i]) - ox);
             y[v] = exact_multiply_add(slope_y, z[v], Rays(block.vertex[v][axes.y][i]) - oy);
         }
-        return intersect_sheared<rules>(x, y, z, inverse_z, t_min, t_max);
+        return intersect_sheared<rules, end>(x, y, z, inverse_z, t_min, t_max);
     }
 
 private:

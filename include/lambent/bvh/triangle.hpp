@@ -91,10 +91,13 @@ inline Mask<T, N> holds_next_to_origin(const Pack<T, N>* x, const Pack<T, N>* y)
 }
 } // namespace detail
 
+/// Whether a range t_min <= t < t_max is as that says, or has t_max as well.
+enum class RangeEnd : std::uint8_t { open, closed };
+
 /// Where rays meet triangles: one ray and the triangles of a block or of two, or several rays and one triangle.
 template <class T, int N>
 struct BlockHit {
-    Mask<T, N> mask; ///< lanes with a hit, t_min <= t < t_max
+    Mask<T, N> mask; ///< lanes with a hit
     Pack<T, N> t;
     Pack<T, N> u, v; ///< barycentric weights of vertices 1 and 2
 };
@@ -104,12 +107,13 @@ struct BlockHit {
 /// every vertex is moved into the ray's frame by the same three operations whichever triangle it belongs to,
 /// and the edge functions have the exact sign for the vertices so moved. A point of the closed triangle,
 /// edges included, is a hit; a triangle seen exactly edge-on is none (its neighbours are).
+/// end        whether a hit at t_max itself is one
 /// early_out  false: goes through to the end also where nothing is hit, for callers who cannot foresee that
 /// range   coordinates relative to the ray's origin within 2^-50 ... 2^60 in float: the products must not
 ///         vanish or overflow
 /// source  Woop, Benthin, Wald, JCGT 2:1 (2013). We differ: the sign is exact by an fma-faithful difference
 ///         of products, where theirs holds only if the compiler fuses nothing.
-template <HitRules rules, bool early_out = true, class T, int N>
+template <HitRules rules, RangeEnd end, bool early_out = true, class T, int N>
 [[gnu::always_inline]] inline BlockHit<T, N> intersect_sheared(const Pack<T, N>* x, const Pack<T, N>* y,
                                                                const Pack<T, N>* z, Pack<T, N> inverse_z,
                                                                Pack<T, N> t_min, Pack<T, N> t_max) {
@@ -140,13 +144,13 @@ template <HitRules rules, bool early_out = true, class T, int N>
     const Lanes depth =
         multiply_add(opaque(w0 / opaque(determinant)), z[0], multiply_add(hit.u, z[1], hit.v * z[2]));
     hit.t = depth * inverse_z;
-    hit.mask = hit.mask & (hit.t >= t_min) & (hit.t < t_max);
+    hit.mask = hit.mask & (hit.t >= t_min) & (end == RangeEnd::open ? hit.t < t_max : hit.t <= t_max);
     return hit;
 }
 
 /// One ray and, with N = 4, the triangles of the first block; with N = 8 those of both, with as many instructions where
 /// registers are that wide.
-template <HitRules rules, int N, bool early_out = true, class T>
+template <HitRules rules, int N, RangeEnd end, bool early_out = true, class T>
 [[gnu::always_inline]] inline BlockHit<T, N> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>& first,
                                                        const TriangleBlock<T>& second, T t_min, T t_max) {
     using Lanes = Pack<T, N>;
@@ -165,7 +169,7 @@ template <HitRules rules, int N, bool early_out = true, class T>
         x[i] = exact_multiply_add(slope_x, z[i], load(i, ray.kx) - origin_x);
         y[i] = exact_multiply_add(slope_y, z[i], load(i, ray.ky) - origin_y);
     }
-    return intersect_sheared<rules, early_out>(x, y, z, Lanes(ray.slopes[2]), Lanes(t_min), Lanes(t_max));
+    return intersect_sheared<rules, end, early_out>(x, y, z, Lanes(ray.slopes[2]), Lanes(t_min), Lanes(t_max));
 }
 
 } // namespace LAMBENT_ABI

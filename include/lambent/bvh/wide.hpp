@@ -235,6 +235,7 @@ private:
         const std::uint32_t index = std::uint32_t(wide.blocks.size());
         std::uint32_t primitives[max_leaf] = {};
         const std::uint32_t count = distinct(node, primitives);
+        std::sort(primitives, primitives + count); // of hits at the same t the lowest index counts: see goes_first()
         for (std::uint32_t first = 0; first < count; first += block_lanes)
             wide.blocks.push_back(make_block(std::span<const std::uint32_t>(
                 primitives + first, std::min<std::uint32_t>(block_lanes, count - first))));
