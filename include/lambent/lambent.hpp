@@ -126,6 +126,7 @@
 #include <lambent/render/path_listener.hpp>
 #include <lambent/render/pixel_filter.hpp>
 #include <lambent/render/render.hpp>
+#include <lambent/render/sample_batch.hpp>
 #include <lambent/sampling/alias.hpp>
 #include <lambent/sampling/distribution.hpp>
 #include <lambent/sampling/hash.hpp>

@@ -114,6 +114,33 @@ TEST_CASE_TEMPLATE("Batches honour filters, and refuse too few places for their 
     CHECK_THROWS_WITH_AS(bvh.intersect(std::span<const Ray<T>>(rays), hits), "Bvh: room for 19999 answers to 20000 rays", Error);
 }
 
+TEST_CASE_TEMPLATE("Batches honour filters that differ from ray to ray, as single rays do", T, float, double) {
+    struct Filters { // ray i does not see the triangles that have its own remainder
+        auto for_ray(std::size_t i) const {
+            return [i](std::uint32_t primitive, T, T, T) { return primitive % 3 != i % 3; };
+        }
+    };
+    std::size_t wrong = 0, found = 0, other = 0;
+    for (const int size : {40, sizeof(T) == 4 ? 420 : 300}) { // the second one's rays are interleaved
+        const lambent_test::Mesh<T> mesh = sphere<T>(size, size, 0.2, 1);
+        const auto bvh = BasicBvh<T>::build(triangles(mesh.vertices, mesh.faces), {.quality = BuildQuality::fast});
+        const std::vector<Ray<T>> rays = batch(mesh, 20000, 3);
+        std::vector<Hit<T>> hits(rays.size());
+        const std::unique_ptr<bool[]> occluded(new bool[rays.size()]);
+        bvh.intersect(std::span<const Ray<T>>(rays), hits, Filters{});
+        bvh.occluded(std::span<const Ray<T>>(rays), std::span<bool>(occluded.get(), rays.size()), Filters{});
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const Hit<T> single = bvh.intersect(rays[i], Filters{}.for_ray(i));
+            found += std::size_t(bool(single));
+            other += std::size_t(single.primitive != bvh.intersect(rays[i]).primitive);
+            wrong += std::size_t(hits[i].t != single.t || hits[i].primitive != single.primitive || occluded[i] != bool(single));
+        }
+    }
+    CHECK(found > 5000);
+    CHECK(other > 1000);
+    CHECK(wrong == 0);
+}
+
 TEST_CASE_TEMPLATE("Batches take rays of the caller's own type", T, float, double) {
     struct Mine {
         T values[7];

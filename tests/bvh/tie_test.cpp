@@ -77,7 +77,7 @@ TEST_CASE_TEMPLATE("Of triangles at the same t the lowest index is named, by eve
             bvh.intersect(std::span<const Ray<T>>(rays), batch);
             bvh.intersect(std::span<const Ray<T>>(rays), filtered, any);
             detail::Interleaved<detail::Query::closest, T, detail::StoredTriangles<T>, AcceptAll>(bvh.tree(), bvh.leaves(), {})
-                .run(rays.size(), [&](std::size_t i) { return rays[i]; },
+                .run(rays.size(), [](std::size_t i) { return i; }, [&](std::size_t i) { return rays[i]; },
                      [&](std::size_t i, const Hit<T>& hit) { interleaved[i] = hit; });
             for (std::size_t i = 0; i < rays.size(); ++i) {
                 hits += expected[i] != no_primitive;

@@ -37,7 +37,7 @@ public:
                 if constexpr (OcclusionGroup<T, Accept>::pays) return run_in_groups(count);
             }
         }
-        scattered(count, ray_of_, report_);
+        scattered(count, [](std::size_t i) { return i; });
     }
 
 private:
@@ -55,9 +55,7 @@ private:
     };
 
     void trace(Rest& rest) {
-        scattered(
-            rest.count, [&](std::size_t i) -> decltype(auto) { return ray_of_(rest.rays[i]); },
-            [&](std::size_t i, const Hit<T>& hit) { report_(rest.rays[i], hit); });
+        scattered(rest.count, [&](std::size_t i) { return std::size_t(rest.rays[i]); });
         rest.count = 0;
     }
 
@@ -124,8 +122,7 @@ private:
                     for (int i = 0; i < size; ++i) rest.add(members[i]);
                     return;
                 }
-                const unsigned occluded =
-                    group.run(size, kind, [&](int i) -> decltype(auto) { return ray_of_(members[i]); });
+                const unsigned occluded = group.run(members, size, kind, ray_of_);
                 for (int i = 0; i < size; ++i) {
                     Hit<T> hit;
                     if ((occluded >> i & 1u) != 0) hit.primitive = 0; // some
@@ -146,15 +143,19 @@ private:
         });
     }
 
-    template <class Rays, class Tell>
-    void scattered(std::size_t count, const Rays& ray, const Tell& tell) {
+    /// index_of(i) for i < count: rays of the batch
+    template <class IndexOf>
+    void scattered(std::size_t count, const IndexOf& index_of) {
         const std::size_t bytes =
             tree_.nodes.size() * sizeof(WideNode<T>) + tree_.blocks.size() * sizeof(typename Leaves::Block);
         using Many = Interleaved<query, T, Leaves, Accept>;
         if (count > Many::lanes && bytes > large_tree<query>) {
-            Many(tree_, leaves_, accept_).run(count, ray, tell);
+            Many(tree_, leaves_, accept_).run(count, index_of, ray_of_, report_);
         } else {
-            for (std::size_t i = 0; i < count; ++i) tell(i, traverse<query>(tree_, leaves_, ray(i), accept_));
+            for (std::size_t i = 0; i < count; ++i) {
+                const std::size_t index = index_of(i);
+                report_(index, traverse<query>(tree_, leaves_, ray_of_(index), filter_of(accept_, index)));
+            }
         }
     }
 

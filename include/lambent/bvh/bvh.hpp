@@ -111,14 +111,14 @@ public:
     /// The nearest hit of each ray, to hits[i], which may be longer than rays. To the bit what single rays answer. Rays
     /// that go the same way (a tile of a camera's) share their way through the tree, if they lie side by side in the
     /// batch; in a tree that is large for the processor's caches the others are interleaved, so that none waits for
-    /// memory. The rest are traced one by one.
+    /// memory. The rest are traced one by one. A filter may have one for each ray: see RayFilter.
     /// throws  lambent::Error if hits is too short, before any is written
-    template <HitFilter<T> Accept = AcceptAll>
+    template <BatchFilter<T> Accept = AcceptAll>
     void intersect(std::span<const Ray<T>> rays, std::span<Hit<T>> hits, const Accept& accept = {}) const {
         intersect(rays, hits, detail::AsIs{}, accept);
     }
     /// The same for rays of your own type: `projection` makes a Ray<T> of one.
-    template <class R, RayProjection<R, T> Projection, HitFilter<T> Accept = AcceptAll>
+    template <class R, RayProjection<R, T> Projection, BatchFilter<T> Accept = AcceptAll>
     void intersect(std::span<const R> rays, std::span<Hit<T>> hits, const Projection& projection,
                    const Accept& accept = {}) const {
         batch<detail::Query::closest>(rays, hits, projection, accept, [](const Hit<T>& hit) { return hit; });
@@ -127,11 +127,11 @@ public:
     /// occluded[i]: whether ray i is. As for intersect(), but that here rays with the same signs and the same largest
     /// axis go together wherever they point, where registers hold eight numbers or more: 512 neighbours at a time are
     /// sorted by that.
-    template <HitFilter<T> Accept = AcceptAll>
+    template <BatchFilter<T> Accept = AcceptAll>
     void occluded(std::span<const Ray<T>> rays, std::span<bool> occluded, const Accept& accept = {}) const {
         this->occluded(rays, occluded, detail::AsIs{}, accept);
     }
-    template <class R, RayProjection<R, T> Projection, HitFilter<T> Accept = AcceptAll>
+    template <class R, RayProjection<R, T> Projection, BatchFilter<T> Accept = AcceptAll>
     void occluded(std::span<const R> rays, std::span<bool> occluded, const Projection& projection,
                   const Accept& accept = {}) const {
         batch<detail::Query::any>(rays, occluded, projection, accept, [](const Hit<T>& hit) { return bool(hit); });

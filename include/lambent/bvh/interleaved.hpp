@@ -22,15 +22,15 @@ public:
     Interleaved(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Accept& accept)
         : tree_(tree), leaves_(leaves), accept_(accept) {}
 
-    /// ray_of(i) -> Ray<T> for i < end; report(i, hit), once for each, in no order
-    template <class RayOf, class Report>
-    [[gnu::noinline]] void run(std::size_t end, const RayOf& ray_of, const Report& report) {
+    /// The rays index_of(i) for i < end: ray_of(index) -> Ray<T>; report(index, hit), once for each, in no order
+    template <class IndexOf, class RayOf, class Report>
+    [[gnu::noinline]] void run(std::size_t end, const IndexOf& index_of, const RayOf& ray_of, const Report& report) {
         Walk *at_node[lanes], *at_leaf[lanes];
         int node_count = 0, leaf_count = 0;
         std::size_t next = 0;
         const auto start = [&](Walk& walk) {
             while (next < end) {
-                const std::size_t i = next++;
+                const std::size_t i = index_of(next++);
                 const Ray<T>& ray = ray_of(i);
                 if (!tree_.nodes.empty() && walk.start(ray, tree_)) {
                     walk.ray = i;
@@ -113,7 +113,7 @@ private:
             if constexpr (both_ways) {
                 found = leaves.template meet_both_ways<query>(prepared, blocks, count, hits);
             } else {
-                found = leaves.template meet<query>(prepared, blocks, count, accept, hits[0]);
+                found = leaves.template meet<query>(prepared, blocks, count, filter_of(accept, ray), hits[0]);
             }
             if constexpr (query == Query::any) {
                 top = found ? 0 : top;

@@ -13,6 +13,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 /// What lies in a tree's leaves, and how a ray meets it: one struct a kind, with
@@ -63,9 +64,24 @@ concept InstanceFilter = requires(const A& accept, std::uint32_t primitive, T x,
 template <class A, class T>
 concept HitFilter = detail::FlatFilter<A, T> || detail::InstanceFilter<A, T>;
 
+/// A filter for batches that depends on the ray: for_ray(i) gives that of the batch's i-th.
+template <class A, class T>
+concept RayFilter = requires(const A& accept, std::size_t i) {
+    { accept.for_ray(i) } -> HitFilter<T>;
+};
+template <class A, class T>
+concept BatchFilter = HitFilter<A, T> || RayFilter<A, T>;
+
 namespace detail {
 
 enum class Query : std::uint8_t { closest, any };
+
+/// The filter of a batch's i-th ray.
+template <class Accept>
+[[gnu::always_inline]] inline decltype(auto) filter_of(const Accept& accept, std::size_t i) {
+    if constexpr (requires { accept.for_ray(i); }) return accept.for_ray(i);
+    else return (accept);
+}
 
 /// Of hits at the same t the one with the lowest index is the nearest, so that no answer depends on the order in which a
 /// query comes upon them. Before that of a miss, at t_max, goes none.
@@ -86,6 +102,8 @@ template <class Accept>
 constexpr HitRules rules_of() {
     if constexpr (requires { Accept::rules; }) {
         return Accept::rules;
+    } else if constexpr (requires(const Accept& accept) { accept.for_ray(0); }) {
+        return rules_of<std::decay_t<decltype(std::declval<const Accept&>().for_ray(0))>>();
     } else {
         return {};
     }
@@ -114,10 +132,14 @@ template <class Leaves> inline constexpr bool has_instances = requires { require
 /// The filter as leaves of this kind call it: where there are no instances, they all are instance 0.
 template <class Leaves, class Accept>
 inline decltype(auto) filter_for(const Accept& accept) {
-    if constexpr (has_instances<Leaves> || FlatFilter<Accept, typename Leaves::Scalar>) {
+    using T = typename Leaves::Scalar;
+    if constexpr (has_instances<Leaves> || FlatFilter<Accept, T>) {
+        return (accept);
+    } else if constexpr (RayFilter<Accept, T>) {
+        static_assert(FlatFilter<decltype(accept.for_ray(0)), T>, "Bvh: the filters of rays ask for an instance; here are none");
         return (accept);
     } else {
-        return in_instance<typename Leaves::Scalar>(accept, 0);
+        return in_instance<T>(accept, 0);
     }
 }
 

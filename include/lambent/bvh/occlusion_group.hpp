@@ -26,11 +26,12 @@ public:
     OcclusionGroup(const Tree& tree, const Leaves& leaves, const Accept& accept)
         : tree_(tree), leaves_(leaves), accept_(accept) {}
 
-    /// A bit for each of ray_of(i), i < count, count <= lanes, that is occluded.
+    /// A bit for each of the rays ray_of(indices[i]), i < count, count <= lanes, that is occluded.
     template <class RayOf>
-    [[gnu::noinline]] unsigned run(int count, int kind, const RayOf& ray_of) {
+    [[gnu::noinline]] unsigned run(const std::uint32_t* indices, int count, int kind, const RayOf& ray_of) {
+        indices_ = indices;
         // What is missing is filled with the last.
-        group_.take(tree_, kind, [&](int i) -> decltype(auto) { return ray_of(std::min(i, count - 1)); });
+        group_.take(tree_, kind, [&](int i) -> decltype(auto) { return ray_of(indices[std::min(i, count - 1)]); });
         const RayIntervals<T> all(tree_, kind, &group_, 1);
         const PlaneOffsets& plane = RayKind<T>::plane(kind);
         const auto axes = RayKind<T>::axes(kind);
@@ -46,7 +47,9 @@ public:
             if (std::popcount(active) <= few) {
                 for (unsigned left = active; left != 0; left &= left - 1) {
                     const int i = std::countr_zero(left);
-                    occluded_ |= unsigned(bool(traverse<Query::any>(tree_, leaves_, ray_of(i), accept_, child))) << i;
+                    const std::size_t ray = indices[i];
+                    occluded_ |= unsigned(bool(traverse<Query::any>(tree_, leaves_, ray_of(ray), filter_of(accept_, ray), child)))
+                                 << i;
                 }
                 alone_ += unsigned(std::popcount(active));
             } else if ((child & Child::leaf_bit) != 0) {
@@ -84,7 +87,7 @@ private:
                 const auto found = group_.template meet<rules_of<Accept>(), RangeEnd::open>(block[b], i, axes);
                 for (unsigned hits = bits(found.mask) & active; hits != 0; hits &= hits - 1) {
                     const int l = std::countr_zero(hits);
-                    if (!accept_(block[b].primitive[i], found.u[l], found.v[l], found.t[l])) continue;
+                    if (!filter_of(accept_, indices_[l])(block[b].primitive[i], found.u[l], found.v[l], found.t[l])) continue;
                     occluded_ |= 1u << l;
                 }
                 active &= ~occluded_;
@@ -96,6 +99,7 @@ private:
     const Leaves& leaves_;
     const Accept& accept_;
     Group group_;
+    const std::uint32_t* indices_ = nullptr;
     unsigned occluded_ = 0, alone_ = 0;
 };
 

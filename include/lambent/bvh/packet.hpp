@@ -43,6 +43,8 @@ public:
     template <class RayOf>
     [[gnu::noinline]] bool run(const std::uint32_t* indices, int count, int kind, const RayOf& ray_of) {
         axes_ = RayKind<T>::axes(kind);
+        indices_ = indices;
+        count_ = count;
         group_count_ = (count + lanes - 1) / lanes;
         for (int g = 0; g < group_count_; ++g) // what is missing is filled with the last
             groups_[g].take(tree_, kind, [&](int i) -> decltype(auto) {
@@ -130,7 +132,8 @@ private:
         for (unsigned hits = bits(found.mask); hits != 0; hits &= hits - 1) {
             const int l = std::countr_zero(hits), ray = g * lanes + l;
             if (!(found.t[l] < group.t_max[l]) && !goes_first(block.primitive[i], primitive_[ray])) continue;
-            if (!accept_(block.primitive[i], found.u[l], found.v[l], found.t[l])) continue;
+            const std::size_t index = indices_[std::min(ray, count_ - 1)];
+            if (!filter_of(accept_, index)(block.primitive[i], found.u[l], found.v[l], found.t[l])) continue;
             group.t_max.set(l, found.t[l]);
             group.limit.set(l, just_behind<T>(found.t[l] * group.along[l]));
             u_[ray] = found.u[l];
@@ -144,7 +147,8 @@ private:
     const Tree& tree_;
     const Accept& accept_;
     typename RayKind<T>::Axes axes_{};
-    int group_count_ = 0;
+    const std::uint32_t* indices_ = nullptr;
+    int count_ = 0, group_count_ = 0;
     RayGroup<T, lanes> groups_[std::size_t(capacity / lanes)];
     T u_[capacity], v_[capacity];
     std::uint32_t primitive_[capacity];

@@ -235,7 +235,6 @@ private:
         const std::uint32_t index = std::uint32_t(wide.blocks.size());
         std::uint32_t primitives[max_leaf] = {};
         const std::uint32_t count = distinct(node, primitives);
-        std::sort(primitives, primitives + count); // of hits at the same t the lowest index counts: see goes_first()
         for (std::uint32_t first = 0; first < count; first += block_lanes)
             wide.blocks.push_back(make_block(std::span<const std::uint32_t>(
                 primitives + first, std::min<std::uint32_t>(block_lanes, count - first))));
@@ -243,7 +242,8 @@ private:
         return index | Child::leaf_bit | (count > block_lanes ? Child::second_block_bit : 0);
     }
 
-    /// The node's primitives, each once; returns their number, or more than max_leaf where they are too many.
+    /// The node's primitives, each once and in ascending order, since of hits at the same t the lowest index counts; returns
+    /// their number, or more than max_leaf where they are too many.
     std::uint32_t distinct(const BinaryNode<T>& node, std::uint32_t* primitives) const {
         if (node.count > (tree_.duplicates == 0 ? max_leaf : 2 * max_leaf)) return max_leaf + 1;
         std::uint32_t count = 0;
@@ -252,7 +252,9 @@ private:
             if (tree_.duplicates != 0 && std::find(primitives, primitives + count, primitive) != primitives + count)
                 continue;
             if (count == max_leaf) return max_leaf + 1;
-            primitives[count++] = primitive;
+            std::uint32_t at = count++;
+            for (; at > 0 && primitives[at - 1] > primitive; --at) primitives[at] = primitives[at - 1];
+            primitives[at] = primitive;
         }
         return count;
     }

@@ -4,6 +4,7 @@
 #include <lambent/film/region.hpp>
 #include <lambent/render/integrator.hpp>
 #include <lambent/render/pixel_filter.hpp>
+#include <lambent/render/sample_batch.hpp>
 #include <lambent/sampling/sampler.hpp>
 #include <lambent/sampling/warp.hpp>
 #include <lambent/scene/camera.hpp>
@@ -12,7 +13,10 @@
 #include <atomic>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -59,6 +63,15 @@ bool sees_only_background(const S& scene, const CameraRays<T>& rays, int x0, int
                                                                            T(y1) + reach));
     } else return false;
 }
+
+/// A sample's ray through a pixel.
+template <class T, class Stream>
+Ray<T> camera_ray(const CameraRays<T>& rays, PixelFilter filter, std::uint32_t px, std::uint32_t py, const Stream& stream) {
+    const Vec2<T> u(stream.get_2d(dimensions::pixel));
+    const T x = T(px) + T(0.5) + filter_offset(filter, u.x), y = T(py) + T(0.5) + filter_offset(filter, u.y);
+    if (!rays.has_lens()) return rays.ray(x, y);
+    return rays.ray(x, y, square_to_disk(Vec2<T>(stream.get_2d(dimensions::lens))));
+}
 } // namespace detail
 
 /// Renders the samples [first_sample, end_sample) of every pixel of the window and merges them into `film`,
@@ -103,28 +116,37 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
             const int end_x = std::min(width, tile_x + tile), end_y = std::min(height, tile_y + tile);
             const bool empty = detail::sees_only_background<I>(scene, rays, tile_x + window.x0, tile_y + window.y0,
                                                                end_x + window.x0, end_y + window.y0);
+            std::vector<std::pair<int, int>> pixels;
             for (int y = tile_y; y < end_y; ++y)
-                for (int x = tile_x; x < end_x; ++x) {
-                    if (!options.active.absent() && options.active.load(x, y) == 0) continue;
-                    const auto px = std::uint32_t(x + window.x0), py = std::uint32_t(y + window.y0);
-                    typename FilmPass<T>::Pixel pixel(pass, x, y);
-                    for (std::uint64_t i = options.first_sample; i < options.end_sample; ++i) {
-                        const auto stream = sampler.at(px, py, std::uint32_t(i));
-                        const Vec2<T> u(stream.get_2d(dimensions::pixel));
-                        const T at_x = T(px) + T(0.5) + filter_offset(options.filter, u.x);
-                        const T at_y = T(py) + T(0.5) + filter_offset(options.filter, u.y);
-                        const Ray<T> ray = rays.has_lens() ? rays.ray(at_x, at_y, square_to_disk(Vec2<T>(stream.get_2d(dimensions::lens))))
-                                                           : rays.ray(at_x, at_y);
-                        PixelSample<T> sample = integrator.sample(scene, ray, stream, counts);
-                        clamp_reflected(sample, T(options.firefly_clamp));
-                        if (empty) {
-                            pixel.add_equal(sample, options.end_sample - i);
-                            not_traced += options.end_sample - i - 1;
-                            break;
-                        }
-                        pixel.add(sample);
-                    }
+                for (int x = tile_x; x < end_x; ++x)
+                    if (options.active.absent() || options.active.load(x, y) != 0) pixels.emplace_back(x, y);
+            const std::uint64_t samples = options.end_sample - options.first_sample, traced = empty ? 1 : samples;
+            detail::SampleBatch<S, I, decltype(sampler.at(0, 0, 0))> batch(scene, integrator, pixels.size() * traced);
+            std::optional<typename FilmPass<T>::Pixel> pixel;
+            auto next = pixels.begin();
+            std::uint64_t left = 0; // of the pixel's samples
+            const auto take = [&](PixelSample<T> sample) {
+                if (left == 0) {
+                    pixel.emplace(pass, next->first, next->second);
+                    ++next;
+                    left = traced;
                 }
+                --left;
+                clamp_reflected(sample, T(options.firefly_clamp));
+                if (empty) pixel->add_equal(sample, samples);
+                else pixel->add(sample);
+            };
+            for (const auto& [x, y] : pixels) {
+                const auto px = std::uint32_t(x + window.x0), py = std::uint32_t(y + window.y0);
+                for (std::uint64_t i = options.first_sample; i < options.first_sample + traced; ++i) {
+                    const auto stream = sampler.at(px, py, std::uint32_t(i));
+                    batch.add(detail::camera_ray(rays, options.filter, px, py, stream), stream);
+                    if (batch.full()) batch.run(counts, take);
+                }
+            }
+            batch.run(counts, take);
+            pixel.reset();
+            not_traced += pixels.size() * (samples - traced);
         }
         closest += counts.closest;
         shadow += counts.shadow;

@@ -19,6 +19,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace lambent {
@@ -63,18 +64,46 @@ public:
     template <SceneFeatures features = every_feature>
     Hit<T> intersect_camera(const Ray<T>& ray) const {
         if constexpr (features.front_only)
-            if (front_only_) return intersect_front(ray);
+            if (front_only_) return nearer_sphere<features>(ray, bvh_.intersect(ray, front_test(ray)));
         return intersect<features>(ray);
     }
 
     template <SceneFeatures features = every_feature>
     bool occluded(const Ray<T>& ray) const {
         if constexpr (features.spheres)
-            for (const Sphere<T>& sphere : scene_.spheres)
-                if (sphere.intersect(ray, ray.t_max) < ray.t_max) return true;
+            if (behind_sphere(ray)) return true;
         if constexpr (features.alpha)
             if (masked()) return bvh_.occluded(ray, alpha_test(ray));
         return bvh_.occluded(ray);
+    }
+
+    /// The same for many rays at once: the same answers, sooner where rays have something in common, or the tree is large.
+    template <SceneFeatures features = every_feature>
+    void intersect(std::span<const Ray<T>> rays, std::span<Hit<T>> hits) const {
+        const auto& tree = bvh_.tree(); // in small ones, rays that go all ways are faster by themselves
+        if (tree.nodes.size() * sizeof(tree.nodes[0]) + tree.blocks.size() * sizeof(tree.blocks[0]) <= small_tree) {
+            for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = intersect<features>(rays[i]);
+            return;
+        }
+        with_alpha_test<features>(rays, [&](const auto&... filter) { bvh_.intersect(rays, hits, filter...); });
+        nearer_spheres<features>(rays, hits);
+    }
+    template <SceneFeatures features = every_feature>
+    void intersect_camera(std::span<const Ray<T>> rays, std::span<Hit<T>> hits) const {
+        const auto trace = [&](const auto&... filter) { bvh_.intersect(rays, hits, filter...); };
+        if constexpr (features.front_only) {
+            if (front_only_) trace(OfRay([this, rays](std::size_t i) { return front_test(rays[i]); }));
+            else with_alpha_test<features>(rays, trace);
+        } else {
+            with_alpha_test<features>(rays, trace);
+        }
+        nearer_spheres<features>(rays, hits);
+    }
+    template <SceneFeatures features = every_feature>
+    void occluded(std::span<const Ray<T>> rays, std::span<bool> occluded) const {
+        with_alpha_test<features>(rays, [&](const auto&... filter) { bvh_.occluded(rays, occluded, filter...); });
+        if constexpr (features.spheres)
+            for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = occluded[i] || behind_sphere(rays[i]);
     }
 
     /// Whether `ray` finds a surface at a point of a triangle, as a HitFilter. Where that is a matter of chance, the ray's
@@ -82,7 +111,7 @@ public:
     auto alpha_test(const Ray<T>& ray) const {
         return [this, &ray](std::uint32_t triangle, T u, T v, T /*t*/) {
             if (!masked() || !see_through_[triangle]) return true;
-            const Material& m = scene_.materials[scene_.triangle_materials[triangle]];
+            const Material& m = material_of(triangle);
             const float coverage = coverage_at(scene_, m, attributes_at(scene_, triangle, u, v));
             if (!(coverage > 0) || !(coverage < 1)) return coverage > 0;
             using Bits = typename detail::FloatBits<T>::Type;
@@ -190,7 +219,23 @@ private:
         scene.validate();
         return scene;
     }
+    static constexpr std::size_t small_tree = std::size_t(4) << 20; ///< bytes
+
     bool masked() const { return !see_through_.empty(); }
+    /// The filters for_ray(i) of a batch.
+    template <class F>
+    struct OfRay {
+        F for_ray;
+        explicit OfRay(F f) : for_ray(f) {}
+    };
+    /// Calls f with alpha_test() of each ray, or with nothing where all surfaces are opaque.
+    template <SceneFeatures features, class F>
+    void with_alpha_test(std::span<const Ray<T>> rays, const F& f) const {
+        if constexpr (features.alpha)
+            if (masked()) return f(OfRay([this, rays](std::size_t i) { return alpha_test(rays[i]); }));
+        f();
+    }
+
     template <SceneFeatures features>
     bool is_sphere(std::uint32_t primitive) const {
         return features.spheres && primitive >= scene_.triangles.size();
@@ -209,15 +254,24 @@ private:
         return hit;
     }
 
-    /// intersect() but for back sides that cameras don't see.
-    Hit<T> intersect_front(const Ray<T>& ray) const {
-        const auto covers = alpha_test(ray);
-        const Hit<T> hit = bvh_.intersect(ray, [&](std::uint32_t triangle, T u, T v, T t) {
-            const bool seen = !scene_.materials[scene_.triangle_materials[triangle]].front_only ||
-                              dot(triangle_normal(triangle), ray.direction) < 0;
+    template <SceneFeatures features>
+    void nearer_spheres(std::span<const Ray<T>> rays, std::span<Hit<T>> hits) const {
+        if constexpr (features.spheres)
+            if (!scene_.spheres.empty())
+                for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = nearer_sphere<features>(rays[i], hits[i]);
+    }
+    bool behind_sphere(const Ray<T>& ray) const {
+        for (const Sphere<T>& sphere : scene_.spheres)
+            if (sphere.intersect(ray, ray.t_max) < ray.t_max) return true;
+        return false;
+    }
+
+    /// alpha_test() that also passes back sides which cameras don't see.
+    auto front_test(const Ray<T>& ray) const {
+        return [this, &ray, covers = alpha_test(ray)](std::uint32_t triangle, T u, T v, T t) {
+            const bool seen = !material_of(triangle).front_only || dot(triangle_normal(triangle), ray.direction) < 0;
             return seen && covers(triangle, u, v, t);
-        });
-        return nearer_sphere<every_feature>(ray, hit);
+        };
     }
 
     /// Bends a shading normal until the viewer's mirrored direction leaves the true surface: near silhouettes, and under
@@ -246,6 +300,8 @@ private:
     std::array<Lanes3<T>, 3> corners(const UVec3& t) const {
         return {to_lanes(scene_.positions[t[0]]), to_lanes(scene_.positions[t[1]]), to_lanes(scene_.positions[t[2]])};
     }
+
+    const Material& material_of(std::uint32_t triangle) const { return scene_.materials[scene_.triangle_materials[triangle]]; }
 
     Vec3<T> triangle_normal(std::uint32_t triangle) const {
         const std::array<Lanes3<T>, 3> corner = corners(scene_.triangles[triangle]);

@@ -12,6 +12,8 @@ inline namespace LAMBENT_ABI {
 /// its density get the same. A scene may also have
 ///     with_bsdf(surface, f)     calls f(bsdf) with a Bsdf of its own; else Surface::point, or the albedo, says how it scatters
 ///     intersect_camera(ray)     what cameras meet, where that differs
+///     intersect(rays, hits), intersect_camera(rays, hits), occluded(rays, occluded)  the same for spans of rays, which
+///                               render() asks where it can
 ///     sees_only_background(pyramid)  whether no ray within it meets anything, and all see one background: render() then
 ///                               takes one sample for all
 ///     scene().origin            what its coordinates are relative to, in double

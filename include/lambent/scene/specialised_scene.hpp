@@ -4,6 +4,7 @@
 #include <lambent/material/standard.hpp>
 #include <lambent/scene/features.hpp>
 #include <lambent/scene/prepared_scene.hpp>
+#include <span>
 #include <string>
 
 namespace lambent {
@@ -34,6 +35,13 @@ public:
     Hit<T> intersect(const Ray<T>& ray) const { return scene_.template intersect<features>(ray); }
     Hit<T> intersect_camera(const Ray<T>& ray) const { return scene_.template intersect_camera<features>(ray); }
     bool occluded(const Ray<T>& ray) const { return scene_.template occluded<features>(ray); }
+    void intersect(std::span<const Ray<T>> rays, std::span<Hit<T>> hits) const { scene_.template intersect<features>(rays, hits); }
+    void intersect_camera(std::span<const Ray<T>> rays, std::span<Hit<T>> hits) const {
+        scene_.template intersect_camera<features>(rays, hits);
+    }
+    void occluded(std::span<const Ray<T>> rays, std::span<bool> occluded) const {
+        scene_.template occluded<features>(rays, occluded);
+    }
     bool sees_only_background(const Pyramid<T>& view) const { return scene_.sees_only_background(view); }
     Surface<T> surface(const Ray<T>& ray, const Hit<T>& hit) const { return scene_.template surface<features>(ray, hit); }
     template <class F>
