@@ -90,6 +90,7 @@
 #include <lambent/film/dyadic.hpp>
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_pass.hpp>
 #include <lambent/film/film_planes.hpp>
 #include <lambent/film/half.hpp>
 #include <lambent/film/metrics.hpp>

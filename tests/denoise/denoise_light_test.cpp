@@ -7,6 +7,7 @@
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/denoise/restore_energy.hpp>
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_pass.hpp>
 #include <limits>
 
 using namespace lambent;

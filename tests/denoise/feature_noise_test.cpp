@@ -6,6 +6,7 @@
 #include <lambent/denoise/denoise_light.hpp>
 #include <lambent/denoise/feature_noise.hpp>
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_pass.hpp>
 
 using namespace lambent;
 using lambent_test::Random;

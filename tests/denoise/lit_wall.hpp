@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_pass.hpp>
 
 namespace lambent_test {
 using namespace lambent;

@@ -1,6 +1,7 @@
 #include "support/random.hpp"
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_pass.hpp>
 #include <support/statistics.hpp>
 #include <doctest/doctest.h>
 #include <algorithm>

@@ -1,5 +1,6 @@
 #include "support/random.hpp"
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_pass.hpp>
 #include <doctest/doctest.h>
 #include <cmath>
 #include <cstring>

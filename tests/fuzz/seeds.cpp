@@ -6,6 +6,7 @@
 #include <lambent/bvh/primitive_leaves.hpp>
 #include <lambent/bvh/serialize.hpp>
 #include <lambent/bvh/sphere.hpp>
+#include <lambent/film/film_pass.hpp>
 #include <lambent/io/film_file.hpp>
 #include <support/meshes.hpp>
 #include <cstdio>

@@ -2,6 +2,7 @@
 #include <lambent/io/exr.hpp>
 #include <lambent/denoise/denoise_light.hpp>
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_pass.hpp>
 #include <lambent/io/exr_frame.hpp>
 #include <support/skip.hpp>
 #include <support/temporary_folder.hpp>

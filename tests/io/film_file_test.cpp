@@ -1,4 +1,5 @@
 #include "support/random.hpp"
+#include <lambent/film/film_pass.hpp>
 #include <lambent/io/film_file.hpp>
 #include <support/statistics.hpp>
 #include <support/temporary_folder.hpp>

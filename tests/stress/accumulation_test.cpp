@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <doctest/doctest.h>
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_pass.hpp>
 #include <vector>
 
 using namespace lambent;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <doctest/doctest.h>
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_pass.hpp>
 #include <lambent/io/exr.hpp>
 #include <lambent/io/exr_frame.hpp>
 #include <lambent/io/exr_read.hpp>

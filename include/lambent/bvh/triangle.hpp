@@ -150,7 +150,7 @@ template <HitRules rules, RangeEnd end, bool early_out = true, class T, int N>
 
 /// One ray and, with N = 4, the triangles of the first block; with N = 8 those of both, with as many instructions where
 /// registers are that wide.
-template <HitRules rules, int N, RangeEnd end, bool early_out = true, class T>
+template <HitRules rules, int N, RangeEnd end = RangeEnd::open, bool early_out = true, class T>
 [[gnu::always_inline]] inline BlockHit<T, N> intersect(const ShearedRay<T>& ray, const TriangleBlock<T>& first,
                                                        const TriangleBlock<T>& second, T t_min, T t_max) {
     using Lanes = Pack<T, N>;

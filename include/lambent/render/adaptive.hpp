@@ -3,6 +3,7 @@
 #include <lambent/core/executor.hpp>
 #include <lambent/film/error_estimate.hpp>
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_pass.hpp>
 #include <algorithm>
 #include <array>
 #include <bit>

@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/core/executor.hpp>
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_pass.hpp>
 #include <lambent/film/region.hpp>
 #include <lambent/render/integrator.hpp>
 #include <lambent/render/pixel_filter.hpp>
@@ -13,7 +14,6 @@
 #include <atomic>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -120,21 +120,22 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
             for (int y = tile_y; y < end_y; ++y)
                 for (int x = tile_x; x < end_x; ++x)
                     if (options.active.absent() || options.active.load(x, y) != 0) pixels.emplace_back(x, y);
+            if (pixels.empty()) continue;
             const std::uint64_t samples = options.end_sample - options.first_sample, traced = empty ? 1 : samples;
             detail::SampleBatch<S, I, decltype(sampler.at(0, 0, 0))> batch(scene, integrator, pixels.size() * traced);
-            std::optional<typename FilmPass<T>::Pixel> pixel;
-            auto next = pixels.begin();
-            std::uint64_t left = 0; // of the pixel's samples
+            auto at = pixels.begin();
+            typename FilmPass<T>::Pixel pixel(pass, at->first, at->second);
+            std::uint64_t taken = 0; // of its samples
             const auto take = [&](PixelSample<T> sample) {
-                if (left == 0) {
-                    pixel.emplace(pass, next->first, next->second);
-                    ++next;
-                    left = traced;
+                if (taken == traced) {
+                    ++at;
+                    pixel.go_to(at->first, at->second);
+                    taken = 0;
                 }
-                --left;
+                ++taken;
                 clamp_reflected(sample, T(options.firefly_clamp));
-                if (empty) pixel->add_equal(sample, samples);
-                else pixel->add(sample);
+                if (empty) pixel.add_equal(sample, samples);
+                else pixel.add(sample);
             };
             for (const auto& [x, y] : pixels) {
                 const auto px = std::uint32_t(x + window.x0), py = std::uint32_t(y + window.y0);
@@ -145,7 +146,6 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
                 }
             }
             batch.run(counts, take);
-            pixel.reset();
             not_traced += pixels.size() * (samples - traced);
         }
         closest += counts.closest;

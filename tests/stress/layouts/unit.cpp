@@ -5,6 +5,7 @@
 #include <lambent/bvh/bvh.hpp>
 #include <lambent/denoise/cross_bilateral.hpp>
 #include <lambent/film/film.hpp>
+#include <lambent/film/film_pass.hpp>
 #include <lambent/sampling/sobol.hpp>
 #include <lambent/sampling/stratified.hpp>
 
