@@ -134,7 +134,7 @@ TEST_CASE("sobol: the five-step matrix is Sobol's second dimension") {
             if (index >> i & 1) expected ^= v;
         REQUIRE(detail::reverse_bits(detail::sobol_second_reversed(index)) == expected);
     }
-    CHECK(detail::reverse_bits(1) == 0x80000000u);
+    CHECK(detail::reverse_bits(1u) == 0x80000000u);
     CHECK(detail::reverse_bits(0x12345678u) == 0x1e6a2c48u);
 }
 
