@@ -25,6 +25,15 @@
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
+namespace detail {
+/// The filters for_ray(i) of a batch: see RayFilter.
+template <class F>
+struct OfRay {
+    F for_ray;
+    explicit OfRay(F f) : for_ray(f) {}
+};
+} // namespace detail
+
 /// A scene made ready for rays: its tree and its lights. Refers to the scene, which must stay as it is. Primitives are
 /// the triangles, then the spheres. What answers rays is made for every feature of a scene, or for those alone that the
 /// caller names and vouches for: specialised_scene.hpp does both.
@@ -92,7 +101,7 @@ public:
     void intersect_camera(std::span<const Ray<T>> rays, std::span<Hit<T>> hits) const {
         const auto trace = [&](const auto&... filter) { bvh_.intersect(rays, hits, filter...); };
         if constexpr (features.front_only) {
-            if (front_only_) trace(OfRay([this, rays](std::size_t i) { return front_test(rays[i]); }));
+            if (front_only_) trace(detail::OfRay([this, rays](std::size_t i) { return front_test(rays[i]); }));
             else with_alpha_test<features>(rays, trace);
         } else {
             with_alpha_test<features>(rays, trace);
@@ -222,17 +231,11 @@ private:
     static constexpr std::size_t small_tree = std::size_t(4) << 20; ///< bytes
 
     bool masked() const { return !see_through_.empty(); }
-    /// The filters for_ray(i) of a batch.
-    template <class F>
-    struct OfRay {
-        F for_ray;
-        explicit OfRay(F f) : for_ray(f) {}
-    };
     /// Calls f with alpha_test() of each ray, or with nothing where all surfaces are opaque.
     template <SceneFeatures features, class F>
     void with_alpha_test(std::span<const Ray<T>> rays, const F& f) const {
         if constexpr (features.alpha)
-            if (masked()) return f(OfRay([this, rays](std::size_t i) { return alpha_test(rays[i]); }));
+            if (masked()) return f(detail::OfRay([this, rays](std::size_t i) { return alpha_test(rays[i]); }));
         f();
     }
 
