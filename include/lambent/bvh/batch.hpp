@@ -146,10 +146,8 @@ private:
     /// index_of(i) for i < count: rays of the batch
     template <class IndexOf>
     void scattered(std::size_t count, const IndexOf& index_of) {
-        const std::size_t bytes =
-            tree_.nodes.size() * sizeof(WideNode<T>) + tree_.blocks.size() * sizeof(typename Leaves::Block);
         using Many = Interleaved<query, T, Leaves, Accept>;
-        if (count > Many::lanes && bytes > large_tree<query>) {
+        if (count > Many::lanes && tree_.bytes() > large_tree<query>) {
             Many(tree_, leaves_, accept_).run(count, index_of, ray_of_, report_);
         } else {
             for (std::size_t i = 0; i < count; ++i) {

@@ -53,6 +53,9 @@ struct WideTree {
     std::size_t duplicates = 0; ///< places in leaves beyond one for each primitive; 0: no primitive is met twice
     std::size_t primitives = 0;
 
+    /// What rays read of it.
+    std::size_t bytes() const { return nodes.size() * sizeof(WideNode<T>) + blocks.size() * sizeof(Block); }
+
     void set_bounds(const Bounds3<T>& box) {
         bounds = box;
         for (int k = 0; k < 3; ++k) {

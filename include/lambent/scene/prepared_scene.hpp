@@ -1,4 +1,5 @@
 #pragma once
+#include <lambent/bvh/batch.hpp>
 #include <lambent/bvh/bvh.hpp>
 #include <lambent/bvh/may_meet.hpp>
 #include <lambent/core/numerics.hpp>
@@ -89,8 +90,7 @@ public:
     /// The same for many rays at once: the same answers, sooner where rays have something in common, or the tree is large.
     template <SceneFeatures features = every_feature>
     void intersect(std::span<const Ray<T>> rays, std::span<Hit<T>> hits) const {
-        const auto& tree = bvh_.tree(); // in small ones, rays that go all ways are faster by themselves
-        if (tree.nodes.size() * sizeof(tree.nodes[0]) + tree.blocks.size() * sizeof(tree.blocks[0]) <= small_tree) {
+        if (bvh_.tree().bytes() <= detail::large_tree<detail::Query::closest>) { // rays that go all ways are faster alone
             for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = intersect<features>(rays[i]);
             return;
         }
@@ -228,8 +228,6 @@ private:
         scene.validate();
         return scene;
     }
-    static constexpr std::size_t small_tree = std::size_t(4) << 20; ///< bytes
-
     bool masked() const { return !see_through_.empty(); }
     /// Calls f with alpha_test() of each ray, or with nothing where all surfaces are opaque.
     template <SceneFeatures features, class F>
