@@ -79,6 +79,89 @@ TEST_CASE("triangle light: irradiance is Lambert's formula, 1/pdf means the soli
     }
 }
 
+TEST_CASE("parallelogram light: irradiance of its two triangles, 1/pdf means the solid angle, points lie within it") {
+    constexpr std::uint64_t seed = 23;
+    INFO("seed " << seed);
+    Random random(seed);
+    for (int round = 0; round < 20; ++round) {
+        CAPTURE(round);
+        const auto any = [&](double size) {
+            return Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)) * size;
+        };
+        const Vec3d from = any(3), corner = from + any(1) + Vec3d(0, 6, 0);
+        const Vec3d second = corner + any(2), third = corner + any(2);
+        const Vec3d fourth = second + (third - corner);
+        const auto light = TriangleLight<double>::joined({corner, second, third}, {fourth, third, second});
+        REQUIRE(light);
+        const Triangle one{corner - from, second - from, third - from}, other{second - from, fourth - from, third - from};
+        Bounds3<double> corners;
+        for (const Vec3d& p : {corner, second, third, fourth}) corners.add(p);
+        const LightBounds<double> bounds = light->bounds(1, LightBounds<double>::Sides::both);
+        CHECK(length(bounds.box.min - corners.min) < 1e-12);
+        CHECK(length(bounds.box.max - corners.max) < 1e-12);
+        CHECK(bounds.intensity == doctest::Approx(length(cross(second - corner, third - corner))));
+        double irradiance = 0, omega = 0;
+        bool inside = true;
+        constexpr int side = 200;
+        over_grid(side, seed + std::uint64_t(round), [&](const Vec2d& u) {
+            Vec2d b;
+            bool front = false;
+            const LightSample<double> s = light->sample(from, u, b, front);
+            REQUIRE(s.pdf > 0);
+            irradiance += s.wi.y / s.pdf / (side * side);
+            omega += 1 / s.pdf / (side * side);
+            inside = inside && length(corner + (second - corner) * b.x + (third - corner) * b.y - s.target) < 1e-12 &&
+                     std::min(b.x, b.y) >= 0 && std::max(b.x, b.y) <= 1;
+        });
+        const double expected = lambert_irradiance(one, {0, 1, 0}) + lambert_irradiance(other, {0, 1, 0});
+        CHECK(irradiance == doctest::Approx(expected).epsilon(1e-3));
+        CHECK(omega == doctest::Approx(solid_angle(one) + solid_angle(other)).epsilon(1e-3));
+        CHECK(inside);
+    }
+}
+
+TEST_CASE("parallelogram light: what two triangles make one, at whatever corner they begin") {
+    using Corners = std::array<Vec3f, 3>;
+    const auto rotated = [](const Corners& t, std::size_t by) {
+        return Corners{t[by % 3], t[(by + 1) % 3], t[(by + 2) % 3]};
+    };
+    const auto joined = [&](const Corners& a, const Corners& b) {
+        int found = 0;
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j)
+                if (const auto light = TriangleLight<float>::joined(rotated(a, i), rotated(b, j))) {
+                    ++found;
+                    CHECK(light->area() == doctest::Approx(length(cross(a[1] - a[0], a[2] - a[0]))).epsilon(2e-4));
+                    CHECK(dot(light->normal(), cross(a[1] - a[0], a[2] - a[0])) > 0);
+                }
+        CHECK((found == 0 || found == 9));
+        return found > 0;
+    };
+    const Vec3f p(1, 2, 3), q(2, 2, 3.5f), r(1.5f, 4, 3), s = q + r - p;
+    CHECK(joined({p, q, r}, {s, r, q}));
+    CHECK_FALSE(joined({p, q, r}, {s, q, r}));                                // faces the other way
+    CHECK_FALSE(joined({p, q, r}, {p, q, r}));                                // the same one twice
+    CHECK_FALSE(joined({p, q, r}, {p, r, q}));                                // its own back
+    CHECK_FALSE(joined({p, q, r}, {s + Vec3f(0, 0.001f, 0), r, q}));          // not quite
+    CHECK_FALSE(joined({p, q, r}, {s + Vec3f(0, 0, 1), r, q}));               // folded
+    CHECK_FALSE(joined({p, q, r}, {s + Vec3f(1), r + Vec3f(1), q + Vec3f(1)})); // apart
+    CHECK_FALSE(joined({p, q, q}, {q, q, q}));                                // of no area
+    // Corners that float rounded: a light of a metre a kilometre away, and one too small there for its area to be known.
+    const auto turned = [](float size) {
+        const Vec3d corner(700.3, 300.7, 500.1);
+        const Vec3d a = normalize(Vec3d(1, 2, 3)) * double(size), b = normalize(Vec3d(3, -1, 1)) * double(size);
+        return std::array<Vec3f, 4>{Vec3f(corner), Vec3f(corner + a), Vec3f(corner + b), Vec3f(corner + a + b)};
+    };
+    const auto rounded = [](const std::array<Vec3f, 4>& c) {
+        return Vec3d(c[1]) - Vec3d(c[0]) + Vec3d(c[2]) != Vec3d(c[3]);
+    };
+    const auto metre = turned(1.3f), speck = turned(0.013f);
+    REQUIRE(rounded(metre));
+    REQUIRE(rounded(speck));
+    CHECK(joined({metre[0], metre[1], metre[2]}, {metre[3], metre[2], metre[1]}));
+    CHECK_FALSE(joined({speck[0], speck[1], speck[2]}, {speck[3], speck[2], speck[1]}));
+}
+
 TEST_CASE("triangle light: areas whose squares float cannot hold") {
     for (const int power : {-60, -40, 0, 40, 60}) {
         const float side = std::ldexp(1.0f, power);
@@ -86,6 +169,10 @@ TEST_CASE("triangle light: areas whose squares float cannot hold") {
         CAPTURE(power);
         CHECK(light.area() == std::ldexp(0.5f, 2 * power));
         CHECK(light.normal() == Vec3f(0, 0, 1));
+        const auto both = TriangleLight<float>::joined({Vec3f(0), Vec3f(side, 0, 0), Vec3f(0, side, 0)},
+                                                       {Vec3f(side, side, 0), Vec3f(0, side, 0), Vec3f(side, 0, 0)});
+        REQUIRE(both);
+        CHECK(both->area() == std::ldexp(1.0f, 2 * power));
     }
 }
 

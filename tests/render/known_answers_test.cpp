@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <algorithm>
 #include <array>
+#include <vector>
 
 using namespace lambent_test;
 
@@ -85,36 +86,45 @@ TEST_CASE("S3: floor under a sphere light: pi L (R/d)^2 cos, from close by to a 
         }
 }
 
-TEST_CASE("S3: floor far from a small triangle light, face on and nearly edge on: its own surface is no occluder") {
-    for (const double cosine : {0.9, 0.2, 0.02})
-        for (const double distance : {1.0, 30.0, 1000.0}) {
-            CAPTURE(cosine);
-            CAPTURE(distance);
-            // Low above the floor, its front turned away from the floor's point by the angle of this cosine.
-            const Vec3d way = normalize(Vec3d(1, 1, 0)), up = normalize(cross(cross(way, Vec3d(0, 0, 1)), way));
-            const Vec3d normal = -way * cosine + Vec3d(0, 0, 1) * std::sqrt(1 - cosine * cosine);
-            const Vec3d a = normalize(cross(normal, up)), b = cross(normal, a), center = way * distance;
-            Scene<float> scene = floor_scene(2 * distance);
-            const double size = 0.01;
-            const auto light = add_material(scene, Vec3f(0), Vec3f(1));
-            const auto first = std::uint32_t(scene.positions.size());
-            for (const Vec3d& p : {center - size * a - size * b, center + size * a - size * b, center + size * b}) {
-                scene.positions.push_back(Vec3f(p));
-                scene.texcoords.push_back(Vec2f(0));
+TEST_CASE("S3: floor far from a small light, face on and nearly edge on: its own surface is no occluder") {
+    for (const bool square : {false, true})
+        for (const double cosine : {0.9, 0.2, 0.02})
+            for (const double distance : {1.0, 30.0, 1000.0}) {
+                CAPTURE(square);
+                CAPTURE(cosine);
+                CAPTURE(distance);
+                // Low above the floor, its front turned away from the floor's point by the angle of this cosine.
+                const Vec3d way = normalize(Vec3d(1, 1, 0)), up = normalize(cross(cross(way, Vec3d(0, 0, 1)), way));
+                const Vec3d normal = -way * cosine + Vec3d(0, 0, 1) * std::sqrt(1 - cosine * cosine);
+                const Vec3d a = normalize(cross(normal, up)), b = cross(normal, a), center = way * distance;
+                Scene<float> scene = floor_scene(2 * distance);
+                const auto light = add_material(scene, Vec3f(0), Vec3f(1));
+                const auto first = std::uint32_t(scene.positions.size());
+                std::vector<Vec3d> corners = {center - 0.01 * a - 0.01 * b, center + 0.01 * a - 0.01 * b, center + 0.01 * b};
+                if (square) { // large enough for floats to make a parallelogram of it
+                    const Vec3d u = 0.002 * distance * a, v = 0.002 * distance * b;
+                    corners = {center - u - v, center + u - v, center - u + v, center + u + v};
+                }
+                for (const Vec3d& p : corners) {
+                    scene.positions.push_back(Vec3f(p));
+                    scene.texcoords.push_back(Vec2f(0));
+                }
+                scene.triangles.push_back({first, first + 1, first + 2});
+                if (square) scene.triangles.push_back({first + 3, first + 2, first + 1});
+                scene.triangle_materials.resize(scene.triangles.size(), light);
+                // What floats made of it, exactly, as seen from the origin: area · cos · cos / d².
+                const Vec3d p0(scene.positions[first]), p1(scene.positions[first + 1]), p2(scene.positions[first + 2]);
+                const Vec3d middle = square ? (p1 + p2) / 2.0 : (p0 + p1 + p2) / 3.0;
+                const Vec3d area = cross(p1 - p0, p2 - p0) / (square ? 1.0 : 2.0);
+                const double d2 = dot(middle, middle);
+                const double expected = albedo / pi<double> * -dot(area, middle) * middle.y / (d2 * d2);
+                SerialExecutor serial;
+                const PreparedScene<float> prepared(scene, serial);
+                CHECK(prepared.light_count() == 1);
+                const Estimate e = at_origin(scene, PathIntegrator<PathStrategy::light>{{1}}, 4096);
+                INFO("radiance " << e.grey << " of " << expected << ", standard error " << e.grey_error);
+                CHECK(std::abs(e.grey / expected - 1) < 0.003);
             }
-            scene.triangles.push_back({first, first + 1, first + 2});
-            scene.triangle_materials.push_back(light);
-            // What floats made of it, exactly, as seen from the origin: area · cos · cos / d².
-            const Vec3d p0(scene.positions[first]), p1(scene.positions[first + 1]), p2(scene.positions[first + 2]);
-            const Vec3d middle = (p0 + p1 + p2) / 3.0, area = cross(p1 - p0, p2 - p0) / 2.0;
-            const double d2 = dot(middle, middle);
-            const double expected = albedo / pi<double> * -dot(area, middle) * middle.y / (d2 * d2);
-            SerialExecutor serial;
-            const PreparedScene<float> prepared(scene, serial);
-            const Estimate e = at_origin(scene, PathIntegrator<PathStrategy::light>{{1}}, 4096);
-            INFO("radiance " << e.grey << " of " << expected << ", standard error " << e.grey_error);
-            CHECK(std::abs(e.grey / expected - 1) < 0.003);
-        }
 }
 
 TEST_CASE("floor under punctual lights: point, spot, directional") {

@@ -6,6 +6,9 @@
 #include <lambent/sampling/warp.hpp>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
@@ -22,27 +25,50 @@ inline T triangle_extent(Lanes3<T> first_edge, Lanes3<T> second_edge) {
     return largest(max(abs(first_edge), abs(second_edge)));
 }
 
-/// A triangle that emits, sampled uniformly over its area. Radiance is the caller's to fill in: it may vary
-/// over the triangle, by the barycentrics that `sample` reports. Of area 0 it is never found.
+/// A triangle that emits, or a parallelogram of which it is the half at one of its corners, sampled uniformly over its
+/// area. Radiance is the caller's to fill in: it may vary over a triangle, by the barycentrics that `sample` reports. Of
+/// area 0 it is never found.
 template <class T>
 class TriangleLight {
 public:
-    explicit TriangleLight(const std::array<Vec3<T>, 3>& vertices)
-        : vertices_(vertices),
+    enum class Outline : std::uint8_t { triangle, parallelogram }; ///< the latter's corner is the first vertex
+
+    explicit TriangleLight(const std::array<Vec3<T>, 3>& vertices, Outline outline = Outline::triangle)
+        : vertices_(vertices), outline_(outline),
           extent_(triangle_extent(to_lanes(vertices[1] - vertices[0]), to_lanes(vertices[2] - vertices[0]))) {
-        const Vec3<T> doubled_area = robust_cross(vertices[1] - vertices[0], vertices[2] - vertices[0]);
-        const T size2 = dot(doubled_area, doubled_area);
+        const T share = outline == Outline::triangle ? T(0.5) : T(1); // of what the edges span
+        const Vec3<T> spanned = robust_cross(vertices[1] - vertices[0], vertices[2] - vertices[0]);
+        const T size2 = dot(spanned, spanned);
         if (size2 > T(1e-30) && size2 < T(1e30)) {
             const T size = std::sqrt(size2);
-            normal_ = doubled_area / size;
-            area_ = size / 2;
+            normal_ = spanned / size;
+            area_ = size * share;
             return;
         }
-        const T largest = max_component(abs(doubled_area)); // whose square may be 0 or infinite
+        const T largest = max_component(abs(spanned)); // whose square may be 0 or infinite
         if (!(largest > 0) || !is_finite(largest)) return;
-        const Vec3<T> direction = doubled_area / largest;
+        const Vec3<T> direction = spanned / largest;
         normal_ = normalize(direction);
-        area_ = largest * (length(direction) / 2);
+        area_ = largest * (length(direction) * share);
+    }
+
+    /// The parallelogram that two triangles make which face the same way and share an edge, if its fourth corner is
+    /// theirs to within rounding, and to a ten-thousandth of its height, so that areas are.
+    static std::optional<TriangleLight> joined(const std::array<Vec3<T>, 3>& a, const std::array<Vec3<T>, 3>& b) {
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j) {
+                const Vec3<T>&corner = a[i], &second = a[(i + 1) % 3], &third = a[(i + 2) % 3];
+                if (b[(j + 1) % 3] != third || b[(j + 2) % 3] != second) continue;
+                TriangleLight light({corner, second, third}, Outline::parallelogram);
+                const Vec3<T> off = abs((second - corner) - (b[j] - third)), size = abs(corner) + abs(second) + abs(third);
+                const T height = light.area_ / std::max(length(second - corner), length(third - corner));
+                if (!(max_component(off) <= T(1e-4) * height)) return std::nullopt;
+                for (int axis = 0; axis < 3; ++axis)
+                    if (!(off[axis] <= gamma_bound<T>(3) * size[axis])) return std::nullopt;
+                light.extent_ += max_component(size); // so that the error of a point bounds what the corner is off
+                return light;
+            }
+        return std::nullopt;
     }
 
     const std::array<Vec3<T>, 3>& vertices() const { return vertices_; }
@@ -60,6 +86,7 @@ public:
     LightBounds<T> bounds(T luminance, typename LightBounds<T>::Sides sides) const {
         LightBounds<T> b;
         for (const Vec3<T>& v : vertices_) b.box.add(v);
+        if (outline_ == Outline::parallelogram) b.box.add(vertices_[1] + (vertices_[2] - vertices_[0]));
         if (!(area_ > 0)) return b;
         b.axis = normal_;
         b.cos_normals = 1;
@@ -68,11 +95,11 @@ public:
         return b;
     }
 
-    /// A point of the triangle as seen from `from`; `barycentric` receives the weights of its second and third
-    /// vertex, `front` whether the front side is seen.
+    /// A point of the light as seen from `from`; `barycentric` receives the weights of its second and third vertex,
+    /// `front` whether the front side is seen.
     LightSample<T> sample(const Vec3<T>& from, const Vec2<T>& u, Vec2<T>& barycentric, bool& front) const {
         LightSample<T> s;
-        barycentric = square_to_triangle(u);
+        barycentric = outline_ == Outline::triangle ? square_to_triangle(u) : u;
         const Lanes3<T> p0 = to_lanes(vertices_[0]) * Lanes3<T>(1 - barycentric.x - barycentric.y);
         const Lanes3<T> p1 = to_lanes(vertices_[1]) * Lanes3<T>(barycentric.x);
         const Lanes3<T> p2 = to_lanes(vertices_[2]) * Lanes3<T>(barycentric.y);
@@ -90,6 +117,7 @@ public:
 
 private:
     std::array<Vec3<T>, 3> vertices_;
+    Outline outline_;
     T extent_;
     Vec3<T> normal_{0};
     T area_ = 0;

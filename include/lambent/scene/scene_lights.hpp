@@ -10,6 +10,8 @@
 #include <lambent/scene/features.hpp>
 #include <lambent/scene/scene.hpp>
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -20,7 +22,8 @@ inline namespace LAMBENT_ABI {
 /// All lights of a scene, and how one of them is chosen: the environment, then those without a place, then
 /// the others, picked by a tree that knows where they are, or by power from a table where they are too few for it. One
 /// number picks, and what is left of it places the sample, so that well-spread numbers are well spread over all lights.
-/// Refers to the scene, which must stay as it is. Primitives are the triangles, then the spheres.
+/// Two triangles that make a parallelogram are one light, if they shine evenly and follow each other. Refers to the
+/// scene, which must stay as it is. Primitives are the triangles, then the spheres.
 template <class T>
 class SceneLights {
 public:
@@ -62,8 +65,8 @@ public:
             probability *= chosen.probability;
             s = sample_one<features>(lights_[chosen.index], from, {chosen.u, u.y});
         } else {
-            const std::uint32_t index = pick(table_, u.x, probability);
-            if (!(probability > 0)) return s;
+            const std::uint32_t index = lights_.size() > 1 ? pick(table_, u.x, probability) : 0;
+            if (!(probability > 0) || lights_.empty()) return s;
             s = sample_one<features>(lights_[index], from, u);
         }
         s.pdf *= probability;
@@ -110,6 +113,7 @@ private:
 
     /// Whether u falls to something of this share; u is stretched to [0, 1) again and the probability follows.
     static bool takes(T& u, T share, T& probability) {
+        if (!(share > 0)) return false;
         const bool taken = u < share;
         const T width = taken ? share : 1 - share;
         u = std::min((taken ? u : u - share) / width, one_minus_epsilon<T>);
@@ -125,9 +129,9 @@ private:
         return chosen.index;
     }
 
-    TriangleLight<T> triangle(std::size_t index) const {
-        const UVec3 t = scene_.triangles[index];
-        return TriangleLight<T>({scene_.positions[t[0]], scene_.positions[t[1]], scene_.positions[t[2]]});
+    std::array<Vec3<T>, 3> corners(std::size_t triangle) const {
+        const UVec3 t = scene_.triangles[triangle];
+        return {scene_.positions[t[0]], scene_.positions[t[1]], scene_.positions[t[2]]};
     }
     SphereLight<T> sphere(std::uint32_t index) const {
         const Sphere<T>& s = scene_.spheres[index];
@@ -180,16 +184,24 @@ private:
             return std::uint32_t(lights_.size() - 1);
         };
         std::vector<std::uint32_t> of_primitive(scene_.triangles.size() + scene_.spheres.size(), no_light);
-        for (std::size_t i = 0; i < scene_.triangles.size(); ++i) {
+        for (std::size_t i = 0, together = 1; i < scene_.triangles.size(); i += together) {
+            together = 1;
             const Material& m = scene_.materials[scene_.triangle_materials[i]];
             if (!m.emissive()) continue;
             using Sides = typename LightBounds<T>::Sides;
-            const TriangleLight<T> shape = triangle(i);
-            const auto b = shape.bounds(T(mean_luminance(std::uint32_t(i), m)), m.double_sided ? Sides::both : Sides::front);
-            of_primitive[i] = add(Kind::triangle, triangles_.size(), b,
-                                  pi<double> * double(b.intensity) * (m.double_sided ? 2 : 1));
-            if (of_primitive[i] == no_light) continue;
             const bool varies = m.emission_texture || m.alpha_mode != AlphaMode::opaque;
+            TriangleLight<T> shape(corners(i));
+            const std::span<const std::uint32_t> materials = scene_.triangle_materials;
+            if (!varies && i + 1 < materials.size() && materials[i] == materials[i + 1])
+                if (const auto both = TriangleLight<T>::joined(corners(i), corners(i + 1))) {
+                    shape = *both;
+                    together = 2;
+                }
+            const auto b = shape.bounds(T(mean_luminance(std::uint32_t(i), m)), m.double_sided ? Sides::both : Sides::front);
+            const std::uint32_t light =
+                add(Kind::triangle, triangles_.size(), b, pi<double> * double(b.intensity) * (m.double_sided ? 2 : 1));
+            std::fill_n(of_primitive.begin() + std::ptrdiff_t(i), together, light);
+            if (light == no_light) continue;
             triangles_.push_back({shape, Vec3<T>(m.emission), std::uint32_t(i), m.double_sided, varies});
         }
         for (std::size_t i = 0; i < scene_.spheres.size(); ++i) {
