@@ -17,11 +17,9 @@ inline namespace LAMBENT_ABI {
 namespace detail {
 
 /// How far a pixel outshines its 5 x 5 neighbours in the sum of the channels: the factor that brings it to their mean
-/// and `deviations` of theirs. Light that is its own deviation sigma(x, y), or less than twice that, may have come by
-/// accident: k samples that are all there is to a pixel have a mean of √k deviations. From four times that on, which is
-/// 16 samples, it has not, and the factor is 1.
-template <class T, class Sigma, class E>
-Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviations, Sigma&& sigma, E& executor) {
+/// and `deviations` of theirs, or by belief(x, y) in [0, 1] the less near to that.
+template <class T, class Belief, class E>
+Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviations, Belief&& belief, E& executor) {
     constexpr int reach = 2;
     const int width = light.width(), height = light.height();
     Plane<T, 1> factors(width, height, T(1));
@@ -57,8 +55,7 @@ Plane<T, 1> outlier_factors(const PixelView<const T, 3>& light, double deviation
                 const double sum2 = squares[i - 2] + squares[i - 1] + others2[i] + squares[i + 1] + squares[i + 2];
                 double limit = mean + deviations * std::sqrt(std::max(0.0, sum2 / count - mean * mean));
                 if (!(b > limit)) continue;
-                const double own = sigma(x, y);
-                if (own > 0) limit += (b - limit) * std::clamp((b / own - 2) / 2, 0.0, 1.0);
+                limit += (b - limit) * belief(x, y);
                 factors.store(x, y, T(limit / b));
             }
         }
@@ -135,13 +132,21 @@ struct ClampedPart {
         const Plane<T, 1> spread = spread_factor<T>(
             part.root_variance, halves ? part.root_halves : PixelView<const T, 1>(), executor);
         const T scale = T(halves ? 1.5 : BySamples{{1, 1, 0.7, 0.6, 0.6}}(samples));
-        const auto deviation = [&](int x, int y) {
-            const Vec3<T> v = frame.variance.load(x, y);
+        // Light that is the pixel's deviation, or less than twice that, may have come by accident: k samples that are all
+        // there is to a pixel have a mean of √k deviations. From four times that on, which is 16 samples, it has not. So
+        // has not a small part of light that, in all, is eight times its deviation.
+        const auto belief = [&](int x, int y) {
+            const Vec3<T> v = frame.variance.load(x, y), its = light.load(x, y);
             const double s = std::sqrt(double(v.x)) + std::sqrt(double(v.y)) + std::sqrt(double(v.z));
-            return is_finite(s) ? s * std::sqrt(double(spread.load(x, y))) : 0.0;
+            const double deviation = s * std::sqrt(double(spread.load(x, y)));
+            if (!(deviation > 0) || !is_finite(deviation)) return 0.0;
+            const Vec3<T> all = frame.direct.load(x, y) + frame.indirect.load(x, y);
+            const double by_part = (double(its.x + its.y + its.z) / deviation - 2) / 2;
+            const double by_all = (double(all.x + all.y + all.z) / deviation - 4) / 4;
+            return std::clamp(std::max(by_part, is_finite(by_all) ? by_all : 0), 0.0, 1.0);
         };
         const double deviations = part.direct || samples < 16 ? 2 : 1;
-        factors = outlier_factors<T>(std::as_const(light).view(), deviations, deviation, executor);
+        factors = outlier_factors<T>(std::as_const(light).view(), deviations, belief, executor);
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
                 const Vec3<T> v = part.root_variance.load(x, y);
