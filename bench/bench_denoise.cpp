@@ -4,6 +4,7 @@
 #include "../examples/support/command_line.hpp"
 #include "../examples/support/preview.hpp"
 #include "denoise_scenes.hpp"
+#include "lamp.hpp"
 #include "output.hpp"
 #include "peers/peer.hpp"
 #include "process.hpp"
@@ -55,6 +56,12 @@ struct Subject {
     std::optional<Camera> camera{};
 };
 
+Scene<float> furnished_room() {
+    Scene<float> scene = load_scene<float>((fs::path(LAMBENT_SHARED_DIR) / "scenes/hotel_room/hotel_room.glb").string());
+    add_lamp(scene, {{10032, 1900, -6128}, 600, 40});
+    return scene;
+}
+
 const std::vector<Subject>& subjects() {
     namespace own = denoise_scenes;
     static const std::vector<Subject> all = {
@@ -71,7 +78,16 @@ const std::vector<Subject>& subjects() {
          "scenes/environments/venice_sunset_256.hdr", Camera{{0, 0, 3.2}, {0, 0, 0}, {0, 1, 0}, 45, ""}},
         {"glass", true, own::glass_balls},
         {"dof", true, own::dof},
-        {"mirror", true, own::mirrors}};
+        {"mirror", true, own::mirrors},
+        {"sibenik", true, nullptr, "scenes/sibenik/sibenik.obj", "reference/sky_sun.exr",
+         Camera{{-16, -8, 0}, {0, -8, 0}, {0, 1, 0}, 60, ""}},
+        {"hotel", true, furnished_room, "", "", Camera{{10032, 1000, -2500}, {10032, 900, -8000}, {0, 1, 0}, 60, ""}},
+        {"alpha", true, nullptr, "scenes/alpha_blend_mode_test/AlphaBlendModeTest.glb", "reference/sky_soft.exr",
+         Camera{{0.9, 2.2, 7.9}, {0.8, 2, 6.9}, {0, 1, 0}, 24, ""}},
+        {"transmission", true, nullptr, "scenes/transmission_roughness_test/TransmissionRoughnessTest.glb",
+         "scenes/environments/venice_sunset_256.hdr", Camera{{0.67, 0.94, 2.8}, {0, 0.1, 0.1}, {0, 1, 0}, 18, ""}},
+        {"specular", true, nullptr, "scenes/specular_test/SpecularTest.glb",
+         "scenes/environments/venice_sunset_256.hdr", Camera{{0.22, 0.57, 1.63}, {0.1, 0, 0}, {0, 1, 0}, 20, ""}}};
     return all;
 }
 

@@ -52,6 +52,7 @@
 #include <lambent/core/vec.hpp>
 #include <lambent/core/vec_lanes.hpp>
 #include <lambent/denoise/atrous.hpp>
+#include <lambent/denoise/between_blocks.hpp>
 #include <lambent/denoise/bilateral_lines.hpp>
 #include <lambent/denoise/bilateral_weights.hpp>
 #include <lambent/denoise/bilateral_window.hpp>
@@ -85,6 +86,7 @@
 #include <lambent/denoise/phased_planes.hpp>
 #include <lambent/denoise/pixel_albedo.hpp>
 #include <lambent/denoise/restore_energy.hpp>
+#include <lambent/denoise/sparse_light.hpp>
 #include <lambent/denoise/spread_factor.hpp>
 #include <lambent/denoise/usable_frame.hpp>
 #include <lambent/film/dyadic.hpp>

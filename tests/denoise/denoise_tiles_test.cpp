@@ -57,8 +57,9 @@ struct Collected {
 
 /// Everything that makes one place of an image matter to another: a lamp, outliers, what is not finite, a black corner
 /// without features.
-PixelData<float> hard_frame(int width, int height, int spp, FilmPlanes planes = FilmPlanes::statistics) {
-    PixelData<float> frame = LitWall{.width = width, .height = height}.frame(spp, std::uint64_t(100 + spp), 1, planes);
+PixelData<float> hard_frame(int width, int height, int spp, FilmPlanes planes = FilmPlanes::statistics, double chance = 1) {
+    const LitWall wall{.width = width, .height = height, .chance = chance};
+    PixelData<float> frame = wall.frame(spp, std::uint64_t(100 + spp), 1, planes);
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const auto each_light = [&](auto&& f) {
         for (auto* plane : {&frame.radiance, &frame.direct, &frame.indirect, &frame.root_direct, &frame.root_indirect})
@@ -138,6 +139,7 @@ void check(const PixelData<float>& frame, const char* method, const std::vector<
         CHECK(report.used == whole.report.used);
         CHECK(report.non_finite == whole.report.non_finite);
         CHECK(report.spikes == whole.report.spikes);
+        CHECK((report.bilateral.taps > 0) == (whole.report.bilateral.taps > 0)); // tiles filter their surroundings again
         CHECK(tiles.times.values() == std::vector<float>(tiles.times.values().size(), 1));
     }
 }
@@ -154,6 +156,27 @@ TEST_CASE("denoise_tiles: every quality gives the whole frame's bits, with stati
         if (spp != 20) continue;
         const PixelData<float> plain = hard_frame(227, 139, spp, FilmPlanes::features);
         for (const char* method : {"best", "fast", "separable", "seed", "none"}) check(plain, method, {{100, 60}, {}});
+    }
+}
+
+TEST_CASE("denoise_tiles: the whole frame's bits where hardly any sample finds light") {
+    for (const int spp : {1, 3}) {
+        CAPTURE(spp);
+        PixelData<float> frame = hard_frame(227, 139, spp, FilmPlanes::statistics, 0.04);
+        const PixelData<float> lit = hard_frame(227, 139, spp);
+        const auto mix = [&](Plane<float, 3>& plane, const Plane<float, 3>& from) {
+            for (int y = 0; y < 139; ++y)
+                for (int x = 110; x < 227; ++x) plane.view().store(x, y, from.load(x, y));
+        };
+        if (spp == 3) { // light is sparse in a part of it alone
+            mix(frame.radiance, lit.radiance), mix(frame.direct, lit.direct), mix(frame.indirect, lit.indirect);
+            mix(frame.root_direct, lit.root_direct), mix(frame.root_indirect, lit.root_indirect);
+        }
+        for (const char* method : {"best", "balanced"}) {
+            SerialExecutor serial;
+            CHECK(denoise(frame, denoise_options(method), serial).report.bilateral.taps > 0);
+            check(frame, method, {{64, 16}, {100, 60}});
+        }
     }
 }
 

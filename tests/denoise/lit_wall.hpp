@@ -11,6 +11,7 @@ using namespace lambent;
 /// Two textured walls under a light with a shadow that no feature tells of, and dimmer light from all around.
 struct LitWall {
     int width = 72, height = 40;
+    double chance = 1; ///< with which a sample finds light, and then so much more of it
 
     Vec3d albedo(int x, int y) const { return (x / 5 + y / 5) % 2 == 0 ? Vec3d(0.8, 0.4, 0.2) : Vec3d(0.2, 0.5, 0.6); }
     Vec3d normal(int x) const { return x < 30 ? Vec3d(0, 0, 1) : Vec3d(1, 0, 0); }
@@ -29,7 +30,10 @@ struct LitWall {
             for (int x = 0; x < width; ++x) {
                 typename FilmPass<T>::Pixel pixel(pass, x, y);
                 for (int i = 0; i < spp; ++i) {
-                    const auto factor = [&] { return 1 + noise * (-std::log(1 - random.uniform()) - 1); };
+                    const auto factor = [&] {
+                        const double found = chance == 1 ? 1.0 : random.uniform() < chance ? 1 / chance : 0.0;
+                        return found * (1 + noise * (-std::log(1 - random.uniform()) - 1));
+                    };
                     PixelSample<T> s;
                     s.hit = true;
                     s.albedo = Vec3<T>(albedo(x, y));

@@ -30,8 +30,8 @@ DenoiseReport denoise(const FrameView<T>& input, const std::type_identity_t<Pixe
     const bool coarse = options.noise == NoiseUse::coarse_regression;
     if ((coarse || options.noise == NoiseUse::regression) && has_light_statistics(input)) {
         const LightDenoiseReport light = denoise_light(input, out, {.stride = coarse ? 2 : 1}, executor, error);
-        return {
-            .non_finite = light.non_finite, .used = options.noise, .error = !error.absent(), .spikes = light.spikes};
+        return {.non_finite = light.non_finite, .used = options.noise, .error = !error.absent(), .spikes = light.spikes,
+                .bilateral = light.bilateral};
     }
     const bool by_atrous = options.noise == NoiseUse::atrous && !input.variance.absent() && !input.samples.absent();
     std::optional<detail::UsableFrame<T>> usable;

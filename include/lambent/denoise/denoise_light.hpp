@@ -64,9 +64,14 @@ LightDenoiseReport denoise_light(const FrameView<T>& input, const std::type_iden
     detail::LightSteps<T> steps(width, height, options);
     Plane<T, 4> kept(width, height);
     for (const PixelWindow& t : tiles) steps.count(t, window_of(frame, t));
-    for (const PixelWindow& t : tiles) steps.clamp(t, window_of(frame, steps.around(t)), executor);
-    for (const PixelWindow& t : tiles)
-        steps.fit(t, window_of(frame, steps.around(t)), window_of(kept.view(), t), executor);
+    const auto around = [&](const PixelWindow& t) { return window_of(frame, steps.around(t)); };
+    for (const PixelWindow& t : tiles) steps.clamp(t, around(t), executor);
+    if (steps.choose_filter()) {
+        for (const PixelWindow& t : tiles) steps.measure_noise(t, around(t), executor);
+        steps.choose_guide();
+        for (const PixelWindow& t : tiles) steps.measure_light(t, around(t), executor);
+    }
+    for (const PixelWindow& t : tiles) steps.fit(t, around(t), window_of(kept.view(), t), executor);
     steps.solve();
     const PixelWindow all{0, 0, width, height};
     steps.finish(all, frame, kept.view(), out, error, executor);

@@ -106,13 +106,20 @@ DenoiseReport denoise_tiles(int width, int height, const TileSize& size, Frame&&
             use(detail::UsableFrame<T>(view).view());
         };
         for (const PixelWindow& t : tiles) usable(t, [&](const auto& view) { steps.count(t, view); });
-        for (const PixelWindow& t : tiles)
-            usable(steps.around(t), [&](const auto& view) { steps.clamp(t, view, executor); });
-        for (const PixelWindow& t : tiles) {
-            Plane<T, 4> kept(t.width(), t.height());
-            usable(steps.around(t), [&](const auto& view) { steps.fit(t, view, kept.view(), executor); });
-            store.store(t, std::as_const(kept).view());
+        const auto each_with_around = [&](auto&& step) {
+            for (const PixelWindow& t : tiles) usable(steps.around(t), [&](const auto& view) { step(t, view); });
+        };
+        each_with_around([&](const auto& t, const auto& view) { steps.clamp(t, view, executor); });
+        if (steps.choose_filter()) {
+            each_with_around([&](const auto& t, const auto& view) { steps.measure_noise(t, view, executor); });
+            steps.choose_guide();
+            each_with_around([&](const auto& t, const auto& view) { steps.measure_light(t, view, executor); });
         }
+        each_with_around([&](const auto& t, const auto& view) {
+            Plane<T, 4> kept(t.width(), t.height());
+            steps.fit(t, view, kept.view(), executor);
+            store.store(t, std::as_const(kept).view());
+        });
         steps.solve();
         for (const PixelWindow& t : tiles) {
             const PixelWindow around = steps.around_result(t);
@@ -124,8 +131,9 @@ DenoiseReport denoise_tiles(int width, int height, const TileSize& size, Frame&&
             });
             result(t, std::as_const(radiance).view(), std::as_const(error).view());
         }
-        return {.non_finite = steps.report().non_finite, .used = options.noise, .error = true,
-                .spikes = steps.report().spikes};
+        const LightDenoiseReport report = steps.report();
+        return {.non_finite = report.non_finite, .used = options.noise, .error = true, .spikes = report.spikes,
+                .bilateral = report.bilateral};
     }
     const bool by_atrous = options.noise == NoiseUse::atrous && !first.variance.absent() && !first.samples.absent();
     detail::FilterSteps<T> steps(width, height, options, by_atrous);

@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/vec.hpp>
+#include <lambent/denoise/between_blocks.hpp>
 #include <lambent/film/pixel_view.hpp>
 #include <lambent/film/region.hpp>
 #include <algorithm>
@@ -18,6 +19,8 @@ namespace detail {
 class EnergyBlocks {
 public:
     static constexpr int side = 16; ///< of a square, in pixels
+    static constexpr double brightest = 2; ///< the most that a square gets: where hardly any sample found light, it
+                                           ///< may have next to nothing, and share its factor with lit ones beside it
 
     EnergyBlocks(int width, int height)
         : across_((width + side - 1) / side), down_((height + side - 1) / side),
@@ -59,8 +62,10 @@ public:
                         factors[std::size_t(j * across_ + i)] = sums.factor(pixels);
                     }
                 for (std::size_t i = 0; i < blocks_.size(); ++i) {
-                    blocks_[i].factor[c] *= factors[i];
-                    blocks_[i].relative[c].scale(factors[i]);
+                    Block& b = blocks_[i];
+                    const double factor = std::min(factors[i], brightest / b.factor[c]);
+                    b.factor[c] *= factor;
+                    b.relative[c].scale(factor);
                 }
             }
         for (std::size_t c = 0; c < 3; ++c) {
@@ -80,14 +85,10 @@ public:
 
     /// What a pixel is to be multiplied by, linear between the middles of squares.
     Vec3<double> factor(int x, int y) const {
-        const double u = (x + 0.5) / side - 0.5, v = (y + 0.5) / side - 0.5;
-        const int i = std::max(0, int(std::floor(u))), j = std::max(0, int(std::floor(v)));
-        const int right = std::min(i + 1, across_ - 1), below = std::min(j + 1, down_ - 1);
-        const double du = std::max(0.0, u - i), dv = std::max(0.0, v - j);
+        const BetweenBlocks between(x, y, side, across_, down_);
         Vec3<double> out;
         for (std::size_t c = 0; c < 3; ++c)
-            out[int(c)] = (at(i, j).factor[c] * (1 - du) + at(right, j).factor[c] * du) * (1 - dv) +
-                          (at(i, below).factor[c] * (1 - du) + at(right, below).factor[c] * du) * dv;
+            out[int(c)] = between.mean([&](int i, int j) { return at(i, j).factor[c]; });
         return out;
     }
 

@@ -3,14 +3,17 @@
 #include <lambent/denoise/block_sums.hpp>
 #include <lambent/denoise/denoised_error.hpp>
 #include <lambent/denoise/energy_blocks.hpp>
+#include <lambent/denoise/filter_steps.hpp>
 #include <lambent/denoise/light_guides.hpp>
 #include <lambent/denoise/light_part.hpp>
 #include <lambent/denoise/light_regression.hpp>
+#include <lambent/denoise/sparse_light.hpp>
 #include <lambent/film/window_of.hpp>
 #include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <optional>
 #include <utility>
 
 namespace lambent {
@@ -20,6 +23,7 @@ inline namespace LAMBENT_ABI {
 struct LightDenoiseReport {
     std::size_t non_finite = 0; ///< pixels that came with light that is not finite
     std::size_t spikes = 0;     ///< pixels of direct, and again of indirect light that were clamped
+    BilateralCounts bilateral{}; ///< of the filter where hardly any sample found light
 };
 
 /// Of denoise_light().
@@ -42,17 +46,16 @@ public:
     static constexpr int tile_x = 64, tile_y = 16; ///< the regression's own tiles
 
     LightSteps(int width, int height, const LightDenoiseOptions& options)
-        : w_(width), h_(height), o_(options), sums_(width, height), energy_(width, height) {}
+        : w_(width), h_(height), o_(options), sums_(width, height), energy_(width, height), sparse_(width, height) {}
 
-    /// What is read for clamp() and fit() of a tile. It begins at a tile, too, so that sums run in the same order.
+    /// What is read for clamp() of a tile, and for the rest but finish(), which needs more once clamp() has found that
+    /// needs_filter().
     PixelWindow around(const PixelWindow& tile) const {
-        const int models = blend_reach + 2 * o_.radius + 1; // the pixels that have a say in the tile's
-        const int patches = 3;
-        const int reach = models + std::max(patches + ClampedPart<T>::reach, 1 + guide_reach(o_.feature_radius));
-        PixelWindow window = tile.grown(reach, w_, h_);
-        window.x0 -= window.x0 % tile_x;
-        window.y0 -= window.y0 % tile_y;
-        return window;
+        const PixelWindow models = around_models(tile);
+        if (!filter_) return models;
+        const PixelWindow wide = filter_->around(tile);
+        return {std::min(models.x0, wide.x0), std::min(models.y0, wide.y0), std::max(models.x1, wide.x1),
+                std::max(models.y1, wide.y1)};
     }
     /// What is read for finish().
     PixelWindow around_result(const PixelWindow& tile) const { return tile.grown(error_reach, w_, h_); }
@@ -84,7 +87,7 @@ public:
             }
     }
 
-    /// `planes` of around(tile), as of fit().
+    /// `planes` of around(tile), as of the steps that follow but finish().
     template <Executor E>
     void clamp(const PixelWindow& tile, const FrameView<T>& planes, E& executor) {
         const PixelWindow inside = tile.seen_from(around(tile));
@@ -110,13 +113,39 @@ public:
         const PixelWindow seen =
             inside.grown(ClampedPart<T>::repair_reach, planes.radiance.width(), planes.radiance.height());
         add(seen_light, seen_lights(window_of(planes, seen)), inside.seen_from(seen));
+
+        const PixelWindow near = inside.grown(1, planes.radiance.width(), planes.radiance.height());
+        Plane<T, 3> illumination(near.width(), near.height());
+        demodulate(window_of(planes, near), illumination.view());
+        for (int y = 0; y < tile.height(); ++y)
+            for (int x = 0; x < tile.width(); ++x)
+                sparse_.add(tile.x0 + x, tile.y0 + y, std::as_const(illumination).view(), inside.x0 - near.x0 + x,
+                            inside.y0 - near.y0 + y);
+    }
+
+    /// After clamp() of all tiles. Where it returns true, measure_noise() of all tiles, choose_guide() and measure_light()
+    /// of all tiles come before fit().
+    bool choose_filter() {
+        if (sparse_.anywhere()) filter_.emplace(w_, h_, sparse_.filter(), false);
+        return filter_.has_value();
+    }
+    template <Executor E>
+    void measure_noise(const PixelWindow& tile, const FrameView<T>& planes, E& executor) {
+        filter_->count(tile, window_of(planes, tile.seen_from(around(tile))));
+        filter_->measure_noise(tile, window_of(planes, filter_->around(tile).seen_from(around(tile))), executor);
+    }
+    void choose_guide() { filter_->choose_guide(); }
+    template <Executor E>
+    void measure_light(const PixelWindow& tile, const FrameView<T>& planes, E& executor) {
+        filter_->measure_light(tile, window_of(planes, filter_->around(tile).seen_from(around(tile))), executor);
     }
 
     /// Writes the tile's light and its own share in it, which finish() takes.
     template <Executor E>
-    void fit(const PixelWindow& tile, const FrameView<T>& planes, const PixelView<T, 4>& kept, E& executor) {
+    void fit(const PixelWindow& tile, const FrameView<T>& all_planes, const PixelView<T, 4>& kept, E& executor) {
+        const FrameView<T> planes = window_of(all_planes, around_models(tile).seen_from(around(tile)));
         const int width = planes.radiance.width(), height = planes.radiance.height();
-        const PixelWindow inside = tile.seen_from(around(tile));
+        const PixelWindow inside = tile.seen_from(around_models(tile));
         const PixelWindow part = inside.grown(blend_reach, width, height); // what is blended with
         const PixelWindow in_part = inside.seen_from(part);
         const auto in_tile = [&](auto&& f) {
@@ -152,6 +181,8 @@ public:
                 result.store(x, y, result.load(x, y) + seen.load(in_wide.x0 + x, in_wide.y0 + y));
         blend_with_input<T>(result.view(), window_of(planes.radiance, part), window_of(planes.variance, part),
                             mean_samples(), executor, mean_light());
+        if (filter_)
+            mix_filtered(tile, all_planes, window_of(result.view(), in_part), window_of(own.view(), in_part), executor);
         const PixelView<const T, 3> given(kept.data(), kept.width(), kept.height(), kept.strides());
         energy_.template add<T>(tile, window_of(std::as_const(result).view(), in_part), given, mean_light() / 3);
         in_tile([&](int x, int y) {
@@ -189,7 +220,11 @@ public:
         copy(light, out);
     }
 
-    const LightDenoiseReport& report() const { return report_; }
+    LightDenoiseReport report() const {
+        LightDenoiseReport report = report_;
+        if (filter_) report.bilateral = filter_->report().bilateral;
+        return report;
+    }
 
 private:
     enum Sum : std::size_t {
@@ -205,6 +240,17 @@ private:
         sum_count
     };
     static constexpr int error_reach = 3 + spread_reach;
+
+    /// What the regression reads. It begins at a tile, too, so that sums run in the same order.
+    PixelWindow around_models(const PixelWindow& tile) const {
+        const int models = blend_reach + 2 * o_.radius + 1; // the pixels that have a say in the tile's
+        const int patches = 3;
+        const int reach = models + std::max(patches + ClampedPart<T>::reach, 1 + guide_reach(o_.feature_radius));
+        PixelWindow window = tile.grown(reach, w_, h_);
+        window.x0 -= window.x0 % tile_x;
+        window.y0 -= window.y0 % tile_y;
+        return window;
+    }
 
     double mean_samples() const { return sums_.total(samples) / std::max(1.0, sums_.total(counted)); }
     double per_pixel(double sum) const { return sum / (double(w_) * double(h_)); }
@@ -257,6 +303,22 @@ private:
             }
     }
 
+    /// Puts what the filter makes of the light in the place of what models say, as far as light is sparse.
+    template <class E>
+    void mix_filtered(const PixelWindow& tile, const FrameView<T>& planes, const PixelView<T, 3>& result,
+                      const PixelView<T, 1>& own, E& executor) {
+        Plane<T, 3> filtered(tile.width(), tile.height());
+        filter_->filter(tile, window_of(planes, filter_->around(tile).seen_from(around(tile))), filtered.view(), executor);
+        for (int y = 0; y < tile.height(); ++y)
+            for (int x = 0; x < tile.width(); ++x) {
+                const T share = T(sparse_.share(tile.x0 + x, tile.y0 + y));
+                if (!(share > 0)) continue;
+                const Vec3<T> modelled = result.load(x, y);
+                result.store(x, y, modelled + (filtered.load(x, y) - modelled) * share);
+                own.store(x, y, own.load(x, y) * (1 - share));
+            }
+    }
+
     /// Lights that are seen directly.
     static Plane<T, 3> seen_lights(const FrameView<T>& planes) {
         Plane<T, 3> seen(planes.radiance.width(), planes.radiance.height());
@@ -274,6 +336,8 @@ private:
     LightDenoiseOptions o_;
     BlockSums<sum_count> sums_;
     EnergyBlocks energy_;
+    SparseLight sparse_;
+    std::optional<FilterSteps<T>> filter_; ///< where light is sparse anywhere
     std::array<bool, 3> varies_{}; ///< albedo, normal, depth
     LightDenoiseReport report_;
 };

@@ -1,0 +1,82 @@
+#pragma once
+#include <lambent/denoise/between_blocks.hpp>
+#include <lambent/denoise/denoise_options.hpp>
+#include <lambent/denoise/noise_level.hpp>
+#include <lambent/film/pixel_view.hpp>
+#include <lambent/film/region.hpp>
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace lambent {
+inline namespace LAMBENT_ABI {
+namespace detail {
+
+/// Where so few samples find light that tests of their statistics say nothing: most pixels have none at all and look sure
+/// of that. A wide filter that goes by features alone takes the regression's place there. Where that is follows from
+/// noise_level() of squares of pixels, which may be counted in any order.
+class SparseLight {
+public:
+    static constexpr int side = 16; ///< of a square, in pixels
+    static constexpr double regression_up_to = 0.7, filter_from = 0.85; ///< levels of noise; both in between
+
+    SparseLight(int width, int height)
+        : across_((width + side - 1) / side), down_((height + side - 1) / side),
+          blocks_(std::size_t(across_) * std::size_t(down_)) {}
+
+    /// Pixel (x, y) of the image with its right and its lower neighbour, which is pixel `at` of the illumination.
+    template <std::floating_point T>
+    void add(int x, int y, const PixelView<const T, 3>& illumination, int at_x, int at_y) {
+        add_noise_pairs(blocks_[index(x / side, y / side)], illumination, at_x, at_y);
+    }
+
+    // Once all are there:
+
+    bool anywhere() const {
+        for (int j = 0; j < down_; ++j)
+            for (int i = 0; i < across_; ++i)
+                if (level(i, j) > regression_up_to) return true;
+        return false;
+    }
+    /// The filter's part in a pixel, in [0, 1]: linear between the middles of squares.
+    double share(int x, int y) const {
+        const double level = BetweenBlocks(x, y, side, across_, down_).mean([&](int i, int j) { return this->level(i, j); });
+        return std::clamp((level - regression_up_to) / (filter_from - regression_up_to), 0.0, 1.0);
+    }
+    /// The filter, twice as wide and without regard to outliers where the whole image has next to no light.
+    DenoiseOptions filter() const {
+        NoisePairs all;
+        for (const NoisePairs& b : blocks_) all.ratios += b.ratios, all.pairs += b.pairs;
+        const double dark = std::clamp((all.level() - 0.85) / 0.1, 0.0, 1.0);
+        DenoiseOptions options;
+        options.kernel = 2 * int(16 + 16 * dark) + 1;
+        options.despike = dark < 1 ? options.despike / (1 - dark) : std::numeric_limits<double>::infinity();
+        return options;
+    }
+
+private:
+    /// Of a square, or of as many around it as it takes to know: where no sample found light there is no noise.
+    double level(int i, int j) const {
+        NoisePairs sum;
+        for (int reach = 0; reach < 4; ++reach) {
+            sum = {};
+            for (int v = std::max(0, j - reach); v <= std::min(down_ - 1, j + reach); ++v)
+                for (int u = std::max(0, i - reach); u <= std::min(across_ - 1, i + reach); ++u) {
+                    const NoisePairs& b = blocks_[index(u, v)];
+                    sum.ratios += b.ratios, sum.pairs += b.pairs;
+                }
+            if (sum.pairs >= 8) break; // two pixels with light, alone
+        }
+        return sum.level();
+    }
+    std::size_t index(int i, int j) const { return std::size_t(j) * std::size_t(across_) + std::size_t(i); }
+
+    int across_, down_;
+    std::vector<NoisePairs> blocks_;
+};
+
+} // namespace detail
+} // namespace LAMBENT_ABI
+} // namespace lambent
