@@ -22,6 +22,7 @@
 #include <lambent/io/film_file.hpp>
 #include <lambent/io/scene_file.hpp>
 #include <lambent/render/render.hpp>
+#include <lambent/scene/builtin.hpp>
 #include <map>
 #include <memory>
 #include <optional>
@@ -79,6 +80,7 @@ const std::vector<Subject>& subjects() {
         {"glass", true, own::glass_balls},
         {"dof", true, own::dof},
         {"mirror", true, own::mirrors},
+        {"door", true, [] { return door_scene<float>(); }},
         {"sibenik", true, nullptr, "scenes/sibenik/sibenik.obj", "reference/sky_sun.exr",
          Camera{{-16, -8, 0}, {0, -8, 0}, {0, 1, 0}, 60, ""}},
         {"hotel", true, furnished_room, "", "", Camera{{10032, 1000, -2500}, {10032, 900, -8000}, {0, 1, 0}, 60, ""}},

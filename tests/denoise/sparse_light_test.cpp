@@ -72,10 +72,10 @@ TEST_CASE("restore_energy: squares with next to no light do not make those besid
 
 TEST_CASE("SparseLight: the filter's where most pixels have no light, squares without any as those around them") {
     Plane<float, 3> illumination(160, 160, 1.0f);
-    CHECK_FALSE(sparse_light(illumination).anywhere());
+    CHECK(sparse_light(illumination).part().empty());
     add_light(illumination, {0, 0, 160, 80}, 50, 1);
     const detail::SparseLight half = sparse_light(illumination);
-    CHECK(half.anywhere());
+    CHECK(half.part() == PixelWindow{0, 0, 160, 88});
     int elsewhere = 0, jumps = 0;
     for (int x = 0; x < 160; ++x)
         for (int y = 0; y < 160; ++y) {
@@ -93,5 +93,5 @@ TEST_CASE("SparseLight: the filter's where most pixels have no light, squares wi
     CHECK(sparse_light(illumination).filter().kernel == 65);
     CHECK_FALSE(is_finite(sparse_light(illumination).filter().despike));
     // Nothing there at all.
-    CHECK_FALSE(sparse_light(Plane<float, 3>(20, 20)).anywhere());
+    CHECK(sparse_light(Plane<float, 3>(20, 20)).part().empty());
 }

@@ -102,13 +102,15 @@ void atrous_of_illumination(const FrameView<T>& frame, const PixelView<T, 3>& no
 }
 
 /// The steps of denoise() without statistics, on one tile of a frame after the other, each on all tiles before the next.
-/// Tiles begin at multiples of 16; planes are given as far around them as around() says.
+/// Tiles begin at multiples of 16, or where the part of the image begins that they make up; planes are given as far around
+/// them as around() says.
 template <std::floating_point T>
 class FilterSteps {
 public:
-    /// throws lambent::Error on a bad option
-    FilterSteps(int width, int height, const DenoiseOptions& options, bool by_atrous)
-        : w_(width), h_(height), o_(options), by_atrous_(by_atrous), sums_(width, height) {
+    /// For `part` of the image, or where that is empty for all of it. throws lambent::Error on a bad option
+    FilterSteps(int width, int height, const DenoiseOptions& options, bool by_atrous, const PixelWindow& part = {})
+        : w_(width), h_(height), part_(part.empty() ? PixelWindow{0, 0, width, height} : part), o_(options),
+          by_atrous_(by_atrous), sums_(width, height) {
         filter_ = {.kernel = o_.kernel, .sigma_spatial = o_.sigma_spatial, .second_pass_factor = o_.second_pass_factor,
                    .form = o_.form};
         if (!relative()) filter_.sigma_illumination = o_.sigma_illumination;
@@ -199,7 +201,7 @@ public:
             filter_.window = inside;
             if (relative()) {
                 if (!p.guide) make_guide(p, planes, executor);
-                p.guide->scale(sums_.total(deviation) / (double(w_) * double(h_)));
+                p.guide->scale(per_pixel(deviation));
                 const Geometry geometry(planes, o_, {noise_}, executor);
                 const RelativeDistanceFeature<T> light(p.guide->image.view(), p.guide->deviation.view(),
                                                        Loosened{noise_}.sigma(o_.sigma_illumination), 1e-3);
@@ -246,13 +248,14 @@ private:
 
     bool relative() const { return o_.units == SigmaUnits::relative; }
     /// Infinite where the frame does not tell.
-    double mean_samples() const { return sums_.total(samples) / (double(w_) * double(h_)); }
+    double mean_samples() const { return per_pixel(samples); }
+    double per_pixel(Sum which) const { return sums_.total(which) / (double(part_.width()) * double(part_.height())); }
     /// Of the guide's filter, in pixels: half of the filter's own.
     int widest_guide() const { return std::max(1, o_.kernel / 4); }
 
     template <class E>
     Prepared prepare(const PixelWindow& tile, const FrameView<T>& planes, E& executor) {
-        if (whole_ && tile == whole()) {
+        if (whole_ && tile == part_) {
             Prepared p = std::move(*whole_);
             whole_.reset();
             return p;
@@ -278,9 +281,8 @@ private:
         });
     }
 
-    PixelWindow whole() const { return {0, 0, w_, h_}; }
     void keep_whole(const PixelWindow& tile, Prepared&& p) {
-        if (tile == whole()) whole_ = std::move(p);
+        if (tile == part_) whole_ = std::move(p);
     }
 
     void count_changes(const Prepared& p, const PixelWindow& inside) {
@@ -293,12 +295,13 @@ private:
     }
 
     int w_, h_;
+    PixelWindow part_;
     DenoiseOptions o_;
     CrossBilateralOptions filter_, small_;
     bool by_atrous_, sampled_ = false;
     double noise_ = 0; ///< of the image: see noise_level()
     BlockSums<sum_count> sums_;
-    std::optional<Prepared> whole_; ///< of a frame that is one tile, from one step to the next
+    std::optional<Prepared> whole_; ///< of a part that is one tile, from one step to the next
     DenoiseReport report_;
 };
 

@@ -51,9 +51,9 @@ public:
     /// What is read for clamp() of a tile, and for the rest but finish(), which needs more once clamp() has found that
     /// needs_filter().
     PixelWindow around(const PixelWindow& tile) const {
-        const PixelWindow models = around_models(tile);
-        if (!filter_) return models;
-        const PixelWindow wide = filter_->around(tile);
+        const PixelWindow models = around_models(tile), filtered = tile.common(filtered_);
+        if (filtered.empty()) return models;
+        const PixelWindow wide = filter_->around(filtered);
         return {std::min(models.x0, wide.x0), std::min(models.y0, wide.y0), std::max(models.x1, wide.x1),
                 std::max(models.y1, wide.y1)};
     }
@@ -126,18 +126,23 @@ public:
     /// After clamp() of all tiles. Where it returns true, measure_noise() of all tiles, choose_guide() and measure_light()
     /// of all tiles come before fit().
     bool choose_filter() {
-        if (sparse_.anywhere()) filter_.emplace(w_, h_, sparse_.filter(), false);
-        return filter_.has_value();
+        filtered_ = sparse_.part();
+        if (filtered_.empty()) return false;
+        filter_.emplace(w_, h_, sparse_.filter(), false, filtered_);
+        return true;
     }
     template <Executor E>
     void measure_noise(const PixelWindow& tile, const FrameView<T>& planes, E& executor) {
-        filter_->count(tile, window_of(planes, tile.seen_from(around(tile))));
-        filter_->measure_noise(tile, window_of(planes, filter_->around(tile).seen_from(around(tile))), executor);
+        const PixelWindow filtered = tile.common(filtered_);
+        if (filtered.empty()) return;
+        filter_->count(filtered, window_of(planes, filtered.seen_from(around(tile))));
+        filter_->measure_noise(filtered, around_filtered(tile, planes), executor);
     }
     void choose_guide() { filter_->choose_guide(); }
     template <Executor E>
     void measure_light(const PixelWindow& tile, const FrameView<T>& planes, E& executor) {
-        filter_->measure_light(tile, window_of(planes, filter_->around(tile).seen_from(around(tile))), executor);
+        const PixelWindow filtered = tile.common(filtered_);
+        if (!filtered.empty()) filter_->measure_light(filtered, around_filtered(tile, planes), executor);
     }
 
     /// Writes the tile's light and its own share in it, which finish() takes.
@@ -181,7 +186,7 @@ public:
                 result.store(x, y, result.load(x, y) + seen.load(in_wide.x0 + x, in_wide.y0 + y));
         blend_with_input<T>(result.view(), window_of(planes.radiance, part), window_of(planes.variance, part),
                             mean_samples(), executor, mean_light());
-        if (filter_)
+        if (!tile.common(filtered_).empty())
             mix_filtered(tile, all_planes, window_of(result.view(), in_part), window_of(own.view(), in_part), executor);
         const PixelView<const T, 3> given(kept.data(), kept.width(), kept.height(), kept.strides());
         energy_.template add<T>(tile, window_of(std::as_const(result).view(), in_part), given, mean_light() / 3);
@@ -303,19 +308,26 @@ private:
             }
     }
 
+    /// What the filter reads, of the planes of around(tile).
+    FrameView<T> around_filtered(const PixelWindow& tile, const FrameView<T>& planes) const {
+        return window_of(planes, filter_->around(tile.common(filtered_)).seen_from(around(tile)));
+    }
+
     /// Puts what the filter makes of the light in the place of what models say, as far as light is sparse.
     template <class E>
     void mix_filtered(const PixelWindow& tile, const FrameView<T>& planes, const PixelView<T, 3>& result,
                       const PixelView<T, 1>& own, E& executor) {
-        Plane<T, 3> filtered(tile.width(), tile.height());
-        filter_->filter(tile, window_of(planes, filter_->around(tile).seen_from(around(tile))), filtered.view(), executor);
-        for (int y = 0; y < tile.height(); ++y)
-            for (int x = 0; x < tile.width(); ++x) {
-                const T share = T(sparse_.share(tile.x0 + x, tile.y0 + y));
+        const PixelWindow part = tile.common(filtered_), inside = part.seen_from(tile);
+        Plane<T, 3> filtered(part.width(), part.height());
+        filter_->filter(part, around_filtered(tile, planes), filtered.view(), executor);
+        for (int y = 0; y < part.height(); ++y)
+            for (int x = 0; x < part.width(); ++x) {
+                const T share = T(sparse_.share(part.x0 + x, part.y0 + y));
                 if (!(share > 0)) continue;
-                const Vec3<T> modelled = result.load(x, y);
-                result.store(x, y, modelled + (filtered.load(x, y) - modelled) * share);
-                own.store(x, y, own.load(x, y) * (1 - share));
+                const int u = inside.x0 + x, v = inside.y0 + y;
+                const Vec3<T> modelled = result.load(u, v);
+                result.store(u, v, modelled + (filtered.load(x, y) - modelled) * share);
+                own.store(u, v, own.load(u, v) * (1 - share));
             }
     }
 
@@ -337,7 +349,8 @@ private:
     BlockSums<sum_count> sums_;
     EnergyBlocks energy_;
     SparseLight sparse_;
-    std::optional<FilterSteps<T>> filter_; ///< where light is sparse anywhere
+    std::optional<FilterSteps<T>> filter_; ///< where light is sparse anywhere,
+    PixelWindow filtered_;                 ///< which is in this part of the image
     std::array<bool, 3> varies_{}; ///< albedo, normal, depth
     LightDenoiseReport report_;
 };

@@ -23,7 +23,7 @@ public:
     static constexpr double regression_up_to = 0.7, filter_from = 0.85; ///< levels of noise; both in between
 
     SparseLight(int width, int height)
-        : across_((width + side - 1) / side), down_((height + side - 1) / side),
+        : w_(width), h_(height), across_((width + side - 1) / side), down_((height + side - 1) / side),
           blocks_(std::size_t(across_) * std::size_t(down_)) {}
 
     /// Pixel (x, y) of the image with its right and its lower neighbour, which is pixel `at` of the illumination.
@@ -34,11 +34,16 @@ public:
 
     // Once all are there:
 
-    bool anywhere() const {
+    /// All pixels that the filter has a part in lie there; empty where there are none.
+    PixelWindow part() const {
+        PixelWindow box{across_, down_, 0, 0}; // of squares
         for (int j = 0; j < down_; ++j)
             for (int i = 0; i < across_; ++i)
-                if (level(i, j) > regression_up_to) return true;
-        return false;
+                if (level(i, j) > regression_up_to)
+                    box = {std::min(box.x0, i), std::min(box.y0, j), std::max(box.x1, i + 1), std::max(box.y1, j + 1)};
+        if (box.empty()) return {};
+        return PixelWindow{box.x0 * side, box.y0 * side, std::min(w_, box.x1 * side), std::min(h_, box.y1 * side)}.grown(
+            side / 2, w_, h_); // half a square further to the middle of the next
     }
     /// The filter's part in a pixel, in [0, 1]: linear between the middles of squares.
     double share(int x, int y) const {
@@ -73,7 +78,7 @@ private:
     }
     std::size_t index(int i, int j) const { return std::size_t(j) * std::size_t(across_) + std::size_t(i); }
 
-    int across_, down_;
+    int w_, h_, across_, down_;
     std::vector<NoisePairs> blocks_;
 };
 

@@ -21,6 +21,10 @@ struct PixelWindow {
         return {std::max(0, x0 - by), std::max(0, y0 - by), std::min(image_width, x1 + by),
                 std::min(image_height, y1 + by)};
     }
+    /// What it has in common with another; empty where that is nothing.
+    PixelWindow common(const PixelWindow& other) const {
+        return {std::max(x0, other.x0), std::max(y0, other.y0), std::min(x1, other.x1), std::min(y1, other.y1)};
+    }
     /// The same pixels as another window counts them, from its corner on.
     PixelWindow seen_from(const PixelWindow& other) const {
         return {x0 - other.x0, y0 - other.y0, x1 - other.x0, y1 - other.y0};
