@@ -162,6 +162,37 @@ TEST_CASE("parallelogram light: what two triangles make one, at whatever corner 
     CHECK_FALSE(joined({speck[0], speck[1], speck[2]}, {speck[3], speck[2], speck[1]}));
 }
 
+TEST_CASE("parallelogram light: points are no farther off its triangles than their error says") {
+    constexpr std::uint64_t seed = 24;
+    INFO("seed " << seed);
+    Random random(seed);
+    const auto any = [&](double size) {
+        return Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)) * size;
+    };
+    int lights = 0, rounded = 0;
+    double worst = 0; // part of the error that is used up
+    for (int round = 0; round < 3000; ++round) {
+        const Vec3d corner = any(1000) * std::pow(10, random.uniform(-3, 0)), a = any(100), b = any(100);
+        const Vec3f p(corner), q(corner + a), r(corner + b), s(corner + a + b);
+        const auto light = TriangleLight<float>::joined({p, q, r}, {s, r, q});
+        if (!light) continue;
+        ++lights;
+        rounded += Vec3d(q) - Vec3d(p) + Vec3d(r) != Vec3d(s);
+        for (int i = 0; i < 100; ++i) {
+            Vec2f weights;
+            bool front = false;
+            const Vec2f u(random.uniform_float(), random.uniform_float());
+            const LightSample<float> sample = light->sample(Vec3f(corner + any(300)), u, weights, front);
+            const Vec3d at = u.x + u.y < 1 ? Vec3d(p) : Vec3d(s); // the triangle that it is on
+            const Vec3d n = normalize(u.x + u.y < 1 ? cross(Vec3d(q - p), Vec3d(r - p)) : cross(Vec3d(r - s), Vec3d(q - s)));
+            worst = std::max(worst, std::abs(dot(Vec3d(sample.target) - at, n)) / dot(abs(n), Vec3d(sample.target_error)));
+        }
+    }
+    CHECK(lights > 1000);
+    CHECK(rounded > 500);
+    CHECK(worst < 0.7); // a ray's own rounding needs some, too
+}
+
 TEST_CASE("triangle light: areas whose squares float cannot hold") {
     for (const int power : {-60, -40, 0, 40, 60}) {
         const float side = std::ldexp(1.0f, power);

@@ -242,6 +242,7 @@ private:
               material(planes.material, loosened.material(o.sigma_material)) {}
     };
     struct Prepared {
+        PixelWindow window;
         Plane<T, 3> raw, noisy, illumination; ///< illumination as it came, mended, clamped
         std::optional<LightGuide<T>> guide;
     };
@@ -255,13 +256,13 @@ private:
 
     template <class E>
     Prepared prepare(const PixelWindow& tile, const FrameView<T>& planes, E& executor) {
-        if (whole_ && tile == part_) {
+        if (whole_ && tile == part_ && whole_->window == around(tile)) { // less is around once the guide is chosen
             Prepared p = std::move(*whole_);
             whole_.reset();
             return p;
         }
         const int width = planes.radiance.width(), height = planes.radiance.height();
-        Prepared p{Plane<T, 3>(width, height), {}, Plane<T, 3>(width, height), {}};
+        Prepared p{around(tile), Plane<T, 3>(width, height), {}, Plane<T, 3>(width, height), {}};
         demodulate(planes, p.raw.view());
         p.noisy = p.raw;
         repair_non_finite(p.noisy.view(), o_.kernel / 2);

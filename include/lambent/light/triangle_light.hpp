@@ -59,13 +59,12 @@ public:
             for (std::size_t j = 0; j < 3; ++j) {
                 const Vec3<T>&corner = a[i], &second = a[(i + 1) % 3], &third = a[(i + 2) % 3];
                 if (b[(j + 1) % 3] != third || b[(j + 2) % 3] != second) continue;
-                TriangleLight light({corner, second, third}, Outline::parallelogram);
+                const TriangleLight light({corner, second, third}, Outline::parallelogram);
                 const Vec3<T> off = abs((second - corner) - (b[j] - third)), size = abs(corner) + abs(second) + abs(third);
                 const T height = light.area_ / std::max(length(second - corner), length(third - corner));
                 if (!(max_component(off) <= T(1e-4) * height)) return std::nullopt;
-                for (int axis = 0; axis < 3; ++axis)
+                for (int axis = 0; axis < 3; ++axis) // so that the error of a point bounds what the corner is off, too
                     if (!(off[axis] <= gamma_bound<T>(3) * size[axis])) return std::nullopt;
-                light.extent_ += max_component(size); // so that the error of a point bounds what the corner is off
                 return light;
             }
         return std::nullopt;
