@@ -86,12 +86,13 @@ TEST_CASE("SparseLight: the filter's where most pixels have no light, squares wi
     CHECK(jumps == 0);
     add_light(illumination, {32, 16, 64, 48}, 0, 2);
     CHECK(sparse_light(illumination).share(40, 24) == 1);
-    // Twice as wide, and without regard to outliers, where all of the image has next to no light.
-    CHECK(half.filter().kernel == 33);
-    CHECK(half.filter().despike == DenoiseOptions{}.despike);
-    add_light(illumination, {0, 0, 160, 160}, 20, 3);
-    CHECK(sparse_light(illumination).filter().kernel == 65);
-    CHECK_FALSE(is_finite(sparse_light(illumination).filter().despike));
+    // Three times as wide, and without regard to outliers, where hardly any pixel has light, however bright others are.
+    CHECK(half.filter().kernel == 97);
+    CHECK_FALSE(is_finite(half.filter().despike));
+    add_light(illumination, {0, 0, 160, 160}, 300, 3);
+    CHECK(sparse_light(illumination).share(80, 80) > 0.5);
+    CHECK(sparse_light(illumination).filter().kernel == 33);
+    CHECK(sparse_light(illumination).filter().despike == DenoiseOptions{}.despike);
     // Nothing there at all.
     CHECK(sparse_light(Plane<float, 3>(20, 20)).part().empty());
 }

@@ -20,6 +20,7 @@ struct NoisePairs {
         ratios += std::min(1.0, std::abs(a - b) / (a + b));
         ++pairs;
     }
+    void add(const NoisePairs& others) { ratios += others.ratios, pairs += others.pairs; }
     double level() const { return pairs > 0 ? ratios / pairs : 0; }
 };
 
@@ -52,10 +53,7 @@ double noise_level(const PixelView<const T, 3>& image, E& executor) {
             for (int x = 0; x < image.width(); ++x) detail::add_noise_pairs(rows[std::size_t(y)], image, x, y);
     });
     detail::NoisePairs sum;
-    for (const detail::NoisePairs& row : rows) {
-        sum.ratios += row.ratios;
-        sum.pairs += row.pairs;
-    }
+    for (const detail::NoisePairs& row : rows) sum.add(row);
     return sum.level();
 }
 

@@ -50,13 +50,16 @@ public:
         const double level = BetweenBlocks(x, y, side, across_, down_).mean([&](int i, int j) { return this->level(i, j); });
         return std::clamp((level - regression_up_to) / (filter_from - regression_up_to), 0.0, 1.0);
     }
-    /// The filter, twice as wide and without regard to outliers where the whole image has next to no light.
+    /// The filter, up to three times as wide as elsewhere and in the end without regard to outliers, the less light there
+    /// is where it works.
     DenoiseOptions filter() const {
-        NoisePairs all;
-        for (const NoisePairs& b : blocks_) all.ratios += b.ratios, all.pairs += b.pairs;
-        const double dark = std::clamp((all.level() - 0.85) / 0.1, 0.0, 1.0);
+        NoisePairs sparse;
+        for (int j = 0; j < down_; ++j)
+            for (int i = 0; i < across_; ++i)
+                if (level(i, j) > regression_up_to) sparse.add(blocks_[index(i, j)]);
+        const double dark = std::clamp((sparse.level() - 0.85) / 0.1, 0.0, 1.0);
         DenoiseOptions options;
-        options.kernel = 2 * int(16 + 16 * dark) + 1;
+        options.kernel = 2 * int(16 + 32 * dark) + 1;
         options.despike = dark < 1 ? options.despike / (1 - dark) : std::numeric_limits<double>::infinity();
         return options;
     }
@@ -68,10 +71,8 @@ private:
         for (int reach = 0; reach < 4; ++reach) {
             sum = {};
             for (int v = std::max(0, j - reach); v <= std::min(down_ - 1, j + reach); ++v)
-                for (int u = std::max(0, i - reach); u <= std::min(across_ - 1, i + reach); ++u) {
-                    const NoisePairs& b = blocks_[index(u, v)];
-                    sum.ratios += b.ratios, sum.pairs += b.pairs;
-                }
+                for (int u = std::max(0, i - reach); u <= std::min(across_ - 1, i + reach); ++u)
+                    sum.add(blocks_[index(u, v)]);
             if (sum.pairs >= 8) break; // two pixels with light, alone
         }
         return sum.level();
