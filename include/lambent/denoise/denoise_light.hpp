@@ -34,8 +34,8 @@ inline std::vector<PixelWindow> tiles_of(int width, int height, int tile_width, 
 
 /// Denoises a frame that has statistics of its samples, into `out`, emission included: direct and indirect light apart,
 /// each clamped where it outshines its neighbours by accident and fitted by LightRegression; lights seen directly stay
-/// as they are. Where the sum differs from the input by more than noise, the input is blended in; what clamping and
-/// blending took is given back. `out` may be the frame's radiance. Consistent: with the samples' noise the error goes
+/// as they are. Where the sum differs from the input by more than noise, the input is blended in. Where most samples find
+/// no light a wide cross_bilateral() takes the place of all that. What is lacking is given back. `out` may be the frame's radiance. Consistent: with the samples' noise the error goes
 /// to 0, unlike that of filters whose windows are fixed. `error`, where there is one, gets denoised_error().
 /// samples their mean number in a pixel chooses the parameters
 /// nan     light that is not finite, or beyond 7e16 in float, is repaired from its neighbours up to 8 pixels away;

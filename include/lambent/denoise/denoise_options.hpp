@@ -79,7 +79,7 @@ struct DenoiseReport {
     NoiseUse used = NoiseUse::filter; ///< what the frame had what it takes for
     bool error = false;         ///< denoised_error() is known
     std::size_t spikes = 0;     ///< pixels that a clamp or the firefly rule made darker
-    BilateralCounts bilateral{}; ///< of all passes of cross_bilateral(): nothing where another filter was used
+    BilateralCounts bilateral{}; ///< of all passes of cross_bilateral(): nothing where other filters do all
 };
 
 } // namespace LAMBENT_ABI

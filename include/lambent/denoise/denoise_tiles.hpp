@@ -61,10 +61,11 @@ struct TileSize {
 /// denoise() of an image that does not fit into memory, tile by tile, to the same bits; filters over whole windows
 /// (BilateralForm::naive_2d and reuse_2d) add up their taps in another order: to 1e-5. Planes are asked for by windows:
 /// the tile, and as far around it as its pixels depend on (29 pixels for `best` and `balanced`, and up to the next tile
-/// of 64 x 16; 84 for `fast` with one sample; 50 for the filter of 33 taps), as far as the image goes.
+/// of 64 x 16, where most samples find no light 50 to 146; 84 for `fast` with one sample; 50 for the filter of 33 taps), as
+/// far as the image goes.
 ///   denoise_tiles<float>(width, height, {}, [&](const PixelWindow& w) { return planes_from_file(w); },
 ///       [&](const PixelWindow& w, const auto& radiance, const auto& error) { write(w, radiance); }, options, threads);
-/// frame    is asked for each tile up to four times, first of the tiles alone: what one pixel is depends on the mean
+/// frame    is asked for each tile up to six times, first of the tiles alone: what one pixel is depends on the mean
 ///          number of samples, light and noise of all. Planes of statistics have to be there everywhere, or nowhere
 /// result   comes when windows are read for the last time; they overlap, so it must not go where they come from
 /// store    keeps four numbers a pixel of images that have statistics; by default in memory
