@@ -9,6 +9,7 @@
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/denoise/denoise_tiles.hpp>
 #include <new>
+#include <utility>
 
 namespace lambent_test {
 namespace {
@@ -61,13 +62,15 @@ void operator delete(void* memory, std::size_t, std::align_val_t alignment) noex
 TEST_CASE("denoise: at most 200 bytes a pixel beside input and output") {
     using namespace lambent;
     constexpr int width = 256, height = 144;
-    for (const int spp : {1, 9}) {
-        const PixelData<float> frame = lambent_test::LitWall{.width = width, .height = height}.frame(spp, 1);
+    for (const auto& [spp, chance] : {std::pair(1, 1.0), std::pair(9, 1.0), std::pair(1, 0.04)}) { // of finding light
+        const lambent_test::LitWall wall{.width = width, .height = height, .chance = chance};
+        const PixelData<float> frame = wall.frame(spp, 1);
         Plane<float, 3> out(width, height), error(width, height);
         SerialExecutor serial;
         for (const char* method : {"best", "balanced", "fast"}) {
             CAPTURE(method);
             CAPTURE(spp);
+            CAPTURE(chance);
             const double bytes = lambent_test::memory_of([&] {
                 denoise<float>(frame.view(), out.view(), denoise_options(method), serial, error.view());
             });

@@ -183,6 +183,9 @@ public:
         keep_whole(tile, std::move(p));
     }
 
+    /// Frees what is kept of a part that is one tile. The next step has to make it again.
+    void forget() { whole_.reset(); }
+
     /// Writes the tile's radiance.
     template <Executor E>
     void filter(const PixelWindow& tile, const FrameView<T>& planes, const PixelView<T, 3>& out, E& executor) {

@@ -142,7 +142,9 @@ public:
     template <Executor E>
     void measure_light(const PixelWindow& tile, const FrameView<T>& planes, E& executor) {
         const PixelWindow filtered = tile.common(filtered_);
-        if (!filtered.empty()) filter_->measure_light(filtered, around_filtered(tile, planes), executor);
+        if (filtered.empty()) return;
+        filter_->measure_light(filtered, around_filtered(tile, planes), executor);
+        filter_->forget(); // models take all the memory that there is to take
     }
 
     /// Writes the tile's light and its own share in it, which finish() takes.
