@@ -1,6 +1,7 @@
 #include "renderer.hpp"
 #include <lambent/render/path.hpp>
 #include <lambent/sampling/sobol.hpp>
+#include <lambent/scene/specialised_scene.hpp>
 
 using namespace lambent;
 
@@ -10,10 +11,17 @@ std::unique_ptr<PreparedScene<float>> prepare(const Scene<float>& scene, ThreadE
 
 void trace_paths(Film<float>& film, const PreparedScene<float>& scene, const Camera& camera, std::uint32_t seed,
                  const RenderOptions& options, ThreadExecutor& threads) {
-    render(film, scene, camera, PathIntegrator<>{}, SobolSampler<float>(seed), options, threads, [] { return true; });
+    with_specialised<no_feature>(scene, [&](const auto& specialised) { // as the program does
+        render(film, specialised, camera, PathIntegrator<>{}, SobolSampler<float>(seed), options, threads,
+               [] { return true; });
+    });
 }
 
 PixelData<float> trace_paths(const PreparedScene<float>& scene, const Camera& camera, std::uint32_t seed,
                              const RenderOptions& options, ThreadExecutor& threads) {
-    return render(scene, camera, PathIntegrator<>{}, SobolSampler<float>(seed), options, threads);
+    PixelData<float> frame;
+    with_specialised<no_feature>(scene, [&](const auto& specialised) {
+        frame = render(specialised, camera, PathIntegrator<>{}, SobolSampler<float>(seed), options, threads);
+    });
+    return frame;
 }
