@@ -33,6 +33,7 @@ detail::SparseLight sparse_light(const Plane<float, 3>& illumination) {
     detail::SparseLight sparse(illumination.width(), illumination.height());
     for (int y = 0; y < illumination.height(); ++y)
         for (int x = 0; x < illumination.width(); ++x) sparse.add(x, y, illumination.view(), x, y);
+    sparse.find();
     return sparse;
 }
 

@@ -48,8 +48,7 @@ public:
     LightSteps(int width, int height, const LightDenoiseOptions& options)
         : w_(width), h_(height), o_(options), sums_(width, height), energy_(width, height), sparse_(width, height) {}
 
-    /// What is read for clamp() of a tile, and for the rest but finish(), which needs more once clamp() has found that
-    /// needs_filter().
+    /// What is read of a tile from clamp() to fit(): more once choose_filter() has found that it takes one there.
     PixelWindow around(const PixelWindow& tile) const {
         const PixelWindow models = around_models(tile), filtered = tile.common(filtered_);
         if (filtered.empty()) return models;
@@ -126,6 +125,7 @@ public:
     /// After clamp() of all tiles. Where it returns true, measure_noise() of all tiles, choose_guide() and measure_light()
     /// of all tiles come before fit().
     bool choose_filter() {
+        sparse_.find();
         filtered_ = sparse_.part();
         if (filtered_.empty()) return false;
         filter_.emplace(w_, h_, sparse_.filter(), false, filtered_);

@@ -32,14 +32,19 @@ public:
         add_noise_pairs(blocks_[index(x / side, y / side)], illumination, at_x, at_y);
     }
 
-    // Once all are there:
+    /// Once all are there; before what follows.
+    void find() {
+        levels_.resize(blocks_.size());
+        for (int j = 0; j < down_; ++j)
+            for (int i = 0; i < across_; ++i) levels_[index(i, j)] = level(i, j);
+    }
 
     /// All pixels that the filter has a part in lie there; empty where there are none.
     PixelWindow part() const {
         PixelWindow box{across_, down_, 0, 0}; // of squares
         for (int j = 0; j < down_; ++j)
             for (int i = 0; i < across_; ++i)
-                if (level(i, j) > regression_up_to)
+                if (levels_[index(i, j)] > regression_up_to)
                     box = {std::min(box.x0, i), std::min(box.y0, j), std::max(box.x1, i + 1), std::max(box.y1, j + 1)};
         if (box.empty()) return {};
         return PixelWindow{box.x0 * side, box.y0 * side, std::min(w_, box.x1 * side), std::min(h_, box.y1 * side)}.grown(
@@ -47,16 +52,15 @@ public:
     }
     /// The filter's part in a pixel, in [0, 1]: linear between the middles of squares.
     double share(int x, int y) const {
-        const double level = BetweenBlocks(x, y, side, across_, down_).mean([&](int i, int j) { return this->level(i, j); });
+        const double level = BetweenBlocks(x, y, side, across_, down_).mean([&](int i, int j) { return levels_[index(i, j)]; });
         return std::clamp((level - regression_up_to) / (filter_from - regression_up_to), 0.0, 1.0);
     }
     /// The filter, up to three times as wide as elsewhere and in the end without regard to outliers, the less light there
     /// is where it works.
     DenoiseOptions filter() const {
         NoisePairs sparse;
-        for (int j = 0; j < down_; ++j)
-            for (int i = 0; i < across_; ++i)
-                if (level(i, j) > regression_up_to) sparse.add(blocks_[index(i, j)]);
+        for (std::size_t i = 0; i < blocks_.size(); ++i)
+            if (levels_[i] > regression_up_to) sparse.add(blocks_[i]);
         const double dark = std::clamp((sparse.level() - 0.85) / 0.1, 0.0, 1.0);
         DenoiseOptions options;
         options.kernel = 2 * int(16 + 32 * dark) + 1;
@@ -81,6 +85,7 @@ private:
 
     int w_, h_, across_, down_;
     std::vector<NoisePairs> blocks_;
+    std::vector<double> levels_; ///< of the squares
 };
 
 } // namespace detail
