@@ -1,7 +1,6 @@
 #pragma once
 #include <lambent/core/config.hpp>
 #include <algorithm>
-#include <cmath>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {

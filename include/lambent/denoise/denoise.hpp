@@ -39,11 +39,7 @@ DenoiseReport denoise(const FrameView<T>& input, const std::type_identity_t<Pixe
     const PixelWindow all{0, 0, out.width(), out.height()};
     detail::FilterSteps<T> steps(out.width(), out.height(), options, by_atrous);
     steps.count(all, frame);
-    if (steps.needs_measure()) {
-        steps.measure_noise(all, frame, executor);
-        steps.choose_guide();
-        steps.measure_light(all, frame, executor);
-    }
+    if (steps.needs_measure()) detail::measure(steps, [&](auto&& step) { step(all, frame); }, executor);
     steps.filter(all, frame, out, executor);
     return steps.report();
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <lambent/denoise/filter_steps.hpp>
 #include <lambent/denoise/light_steps.hpp>
 #include <lambent/denoise/usable_frame.hpp>
 #include <lambent/film/pixel_data.hpp>
@@ -35,8 +36,9 @@ inline std::vector<PixelWindow> tiles_of(int width, int height, int tile_width, 
 /// Denoises a frame that has statistics of its samples, into `out`, emission included: direct and indirect light apart,
 /// each clamped where it outshines its neighbours by accident and fitted by LightRegression; lights seen directly stay
 /// as they are. Where the sum differs from the input by more than noise, the input is blended in. Where most samples find
-/// no light a wide cross_bilateral() takes the place of all that. What is lacking is given back. `out` may be the frame's radiance. Consistent: with the samples' noise the error goes
-/// to 0, unlike that of filters whose windows are fixed. `error`, where there is one, gets denoised_error().
+/// no light a wide cross_bilateral() takes the place of all that. What is lacking is given back. `out` may be the frame's
+/// radiance. Consistent: with the samples' noise the error goes to 0, unlike that of filters whose windows are fixed.
+/// `error`, where there is one, gets denoised_error().
 /// samples their mean number in a pixel chooses the parameters
 /// nan     light that is not finite, or beyond 7e16 in float, is repaired from its neighbours up to 8 pixels away;
 ///         features and variances that are not, negative, or as far beyond count as 0
@@ -64,14 +66,14 @@ LightDenoiseReport denoise_light(const FrameView<T>& input, const std::type_iden
     detail::LightSteps<T> steps(width, height, options);
     Plane<T, 4> kept(width, height);
     for (const PixelWindow& t : tiles) steps.count(t, window_of(frame, t));
-    const auto around = [&](const PixelWindow& t) { return window_of(frame, steps.around(t)); };
-    for (const PixelWindow& t : tiles) steps.clamp(t, around(t), executor);
-    if (steps.choose_filter()) {
-        for (const PixelWindow& t : tiles) steps.measure_noise(t, around(t), executor);
-        steps.choose_guide();
-        for (const PixelWindow& t : tiles) steps.measure_light(t, around(t), executor);
-    }
-    for (const PixelWindow& t : tiles) steps.fit(t, around(t), window_of(kept.view(), t), executor);
+    const auto on_each = [&](auto&& step) {
+        for (const PixelWindow& t : tiles) step(t, window_of(frame, steps.around(t)));
+    };
+    on_each([&](const PixelWindow& t, const FrameView<T>& planes) { steps.clamp(t, planes, executor); });
+    if (steps.choose_filter()) detail::measure(steps, on_each, executor);
+    on_each([&](const PixelWindow& t, const FrameView<T>& planes) {
+        steps.fit(t, planes, window_of(kept.view(), t), executor);
+    });
     steps.solve();
     const PixelWindow all{0, 0, width, height};
     steps.finish(all, frame, kept.view(), out, error, executor);

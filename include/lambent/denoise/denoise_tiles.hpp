@@ -107,16 +107,12 @@ DenoiseReport denoise_tiles(int width, int height, const TileSize& size, Frame&&
             use(detail::UsableFrame<T>(view).view());
         };
         for (const PixelWindow& t : tiles) usable(t, [&](const auto& view) { steps.count(t, view); });
-        const auto each_with_around = [&](auto&& step) {
+        const auto on_each = [&](auto&& step) {
             for (const PixelWindow& t : tiles) usable(steps.around(t), [&](const auto& view) { step(t, view); });
         };
-        each_with_around([&](const auto& t, const auto& view) { steps.clamp(t, view, executor); });
-        if (steps.choose_filter()) {
-            each_with_around([&](const auto& t, const auto& view) { steps.measure_noise(t, view, executor); });
-            steps.choose_guide();
-            each_with_around([&](const auto& t, const auto& view) { steps.measure_light(t, view, executor); });
-        }
-        each_with_around([&](const auto& t, const auto& view) {
+        on_each([&](const auto& t, const auto& view) { steps.clamp(t, view, executor); });
+        if (steps.choose_filter()) detail::measure(steps, on_each, executor);
+        on_each([&](const auto& t, const auto& view) {
             Plane<T, 4> kept(t.width(), t.height());
             steps.fit(t, view, kept.view(), executor);
             store.store(t, std::as_const(kept).view());
@@ -146,18 +142,15 @@ DenoiseReport denoise_tiles(int width, int height, const TileSize& size, Frame&&
         use(detail::UsableFrame<T>(view).view());
     };
     for (const PixelWindow& t : tiles) usable(t, [&](const auto& view) { steps.count(t, view); });
-    if (steps.needs_measure()) {
-        for (const PixelWindow& t : tiles)
-            usable(steps.around(t), [&](const auto& view) { steps.measure_noise(t, view, executor); });
-        steps.choose_guide();
-        for (const PixelWindow& t : tiles)
-            usable(steps.around(t), [&](const auto& view) { steps.measure_light(t, view, executor); });
-    }
-    for (const PixelWindow& t : tiles) {
+    const auto on_each = [&](auto&& step) {
+        for (const PixelWindow& t : tiles) usable(steps.around(t), [&](const auto& view) { step(t, view); });
+    };
+    if (steps.needs_measure()) detail::measure(steps, on_each, executor);
+    on_each([&](const auto& t, const auto& view) {
         Plane<T, 3> radiance(t.width(), t.height());
-        usable(steps.around(t), [&](const auto& view) { steps.filter(t, view, radiance.view(), executor); });
+        steps.filter(t, view, radiance.view(), executor);
         result(t, std::as_const(radiance).view(), PixelView<const T, 3>());
-    }
+    });
     return steps.report();
 }
 

@@ -5,7 +5,6 @@
 #include <lambent/film/region.hpp>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <vector>

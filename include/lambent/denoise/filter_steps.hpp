@@ -309,6 +309,15 @@ private:
     DenoiseReport report_;
 };
 
+/// What a filter has to know of all tiles before it works on the first. on_each(step) calls step(tile, planes), of around()
+/// each tile.
+template <class Steps, class OnEach, Executor E>
+void measure(Steps& steps, OnEach&& on_each, E& executor) {
+    on_each([&](const PixelWindow& tile, const auto& planes) { steps.measure_noise(tile, planes, executor); });
+    steps.choose_guide();
+    on_each([&](const PixelWindow& tile, const auto& planes) { steps.measure_light(tile, planes, executor); });
+}
+
 } // namespace detail
 } // namespace LAMBENT_ABI
 } // namespace lambent

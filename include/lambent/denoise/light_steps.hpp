@@ -122,8 +122,7 @@ public:
                             inside.y0 - near.y0 + y);
     }
 
-    /// After clamp() of all tiles. Where it returns true, measure_noise() of all tiles, choose_guide() and measure_light()
-    /// of all tiles come before fit().
+    /// After clamp() of all tiles. Where it returns true, measure() comes before fit().
     bool choose_filter() {
         sparse_.find();
         filtered_ = sparse_.part();

@@ -61,7 +61,7 @@ public:
         NoisePairs sparse;
         for (std::size_t i = 0; i < blocks_.size(); ++i)
             if (levels_[i] > regression_up_to) sparse.add(blocks_[i]);
-        const double dark = std::clamp((sparse.level() - 0.85) / 0.1, 0.0, 1.0);
+        const double dark = std::clamp((sparse.level() - filter_from) / 0.1, 0.0, 1.0);
         DenoiseOptions options;
         options.kernel = 2 * int(16 + 32 * dark) + 1;
         options.despike = dark < 1 ? options.despike / (1 - dark) : std::numeric_limits<double>::infinity();
