@@ -138,6 +138,7 @@
 #include <lambent/sampling/quantise.hpp>
 #include <lambent/sampling/sampler.hpp>
 #include <lambent/sampling/sobol.hpp>
+#include <lambent/sampling/sobol_order.hpp>
 #include <lambent/sampling/stratified.hpp>
 #include <lambent/sampling/warp.hpp>
 #include <lambent/scene/attributes.hpp>

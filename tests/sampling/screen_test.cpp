@@ -1,9 +1,11 @@
+#include <lambent/core/numerics.hpp>
 #include <lambent/sampling/independent.hpp>
 #include <lambent/sampling/sobol.hpp>
 #include <lambent/sampling/stratified.hpp>
 #include <support/statistics.hpp>
 #include <doctest/doctest.h>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -23,7 +25,7 @@ TEST_CASE("sobol: 4^k samples of the 4^l pixels of an aligned square make one ne
                 int wrong = 0;
                 for (const std::uint32_t block : {0u, 3u, 0x10001u})
                     for (const std::uint32_t corner : {0u, 1u, 77u})
-                        for (const std::uint32_t d : {0u, 7u}) {
+                        for (const std::uint32_t d : {0u, 7u, 31u, 70u}) {
                             std::vector<Vec2d> p;
                             std::vector<int> line(n);
                             for (std::uint32_t i = 0; i < samples; ++i)
@@ -116,5 +118,43 @@ TEST_CASE("samplers: the mean of an image of paths is unbiased at every number o
         check("sobol", [](std::uint32_t s) { return SobolSampler<float>(s); });
         check("stratified", [&](std::uint32_t s) { return StratifiedSampler<float>(s, n); });
         check("independent", [](std::uint32_t s) { return IndependentSampler<float>(s); });
+    }
+}
+
+TEST_CASE("sobol: what a path makes of two of its dimensions together has less noise than by independent pairs") {
+    // Each factor has mean 0 over its square, so that one dimension alone gives nothing.
+    const auto slope = [](Vec2d u) { return u.x + 0.7 * u.y - 0.85; };
+    const auto wave = [](Vec2d u) { return std::cos(2 * pi<double> * u.x) + (u.y < 0.5 ? 1 : -1); };
+    constexpr double slope_square = (1 + 0.49) / 12, wave_square = 0.5 + 1;
+    // The pixel, vertices' lights (2, 6, 10) and directions (3, 7, 11): a light goes with the way to its vertex.
+    constexpr std::uint32_t pairs[][2] = {{0, 2}, {0, 3}, {0, 6}, {0, 7}, {3, 6}, {3, 7}, {3, 10}, {3, 11}, {7, 10}, {7, 11}};
+    constexpr std::uint32_t seed = 91, runs = 400;
+    INFO("seed " << seed);
+    const SobolSampler<double> sampler(seed);
+    for (const auto& [n, most, worst] : {std::array{16.0, 1.0, 3.5}, std::array{64.0, 0.35, 1.5}, std::array{256.0, 0.12, 0.5}}) {
+        double sum = 0, largest = 0, count = 0;
+        for (const auto& [a, b] : pairs) {
+            double both_slope = 0, both_wave = 0;
+            for (std::uint32_t run = 0; run < runs; ++run) {
+                double slopes = 0, waves = 0;
+                for (std::uint32_t i = 0; i < std::uint32_t(n); ++i) {
+                    const auto stream = sampler.at(8 * run, 0, i);
+                    const Vec2d u = stream.get_2d(a), v = stream.get_2d(b);
+                    slopes += slope(u) * slope(v);
+                    waves += wave(u) * wave(v);
+                }
+                both_slope += slopes * slopes / (n * slope_square * slope_square * runs);
+                both_wave += waves * waves / (n * wave_square * wave_square * runs);
+            }
+            CAPTURE(n);
+            CAPTURE(a);
+            CAPTURE(b);
+            CHECK(std::max(both_slope, both_wave) < worst);
+            largest = std::max({largest, both_slope, both_wave});
+            sum += both_slope + both_wave;
+            count += 2;
+        }
+        INFO(n << " samples: variance over independent pairs' " << sum / count << " on average, " << largest << " at most");
+        CHECK(sum / count < most);
     }
 }

@@ -2,8 +2,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <lambent/sampling/hash.hpp>
 #include <lambent/sampling/sampler.hpp>
+#include <lambent/sampling/sobol_order.hpp>
 #include <type_traits>
 
 namespace lambent {
@@ -84,6 +86,9 @@ constexpr std::array<TileShift, 64> make_tile_shifts() {
 }
 inline constexpr std::array<TileShift, 64> tile_shifts = make_tile_shifts();
 
+/// From the key of a dimension, whose halves are the seeds of its numbers.
+constexpr std::uint32_t place_seed(std::uint64_t key) { return std::uint32_t((key * golden_ratio_64) >> 24); }
+
 /// Morton number of (x, y) in its tile, the three bits of each, in reverse.
 constexpr std::uint32_t place_in_tile_reversed(std::uint32_t x, std::uint32_t y) {
     const auto spread = [](std::uint32_t a) { return (a & 1u) << 4 | (a & 2u) << 1 | (a >> 2 & 1u); };
@@ -94,14 +99,14 @@ constexpr std::uint32_t place_in_tile_reversed(std::uint32_t x, std::uint32_t y)
 
 /// Owen-scrambled Sobol points: the default. Every dimension, 1D or 2D, is its own randomised copy of Sobol's
 /// first two dimensions, a (0,2)-sequence: any aligned 2^k samples put one point into each of the 2^k boxes
-/// of every power-of-two shape. The order of the points is shuffled per dimension as well, so that pairs of
-/// dimensions are as good as independent. Best at 2^k samples, unbiased at any number.
+/// of every power-of-two shape. Each dimension takes the points in an order of its own, chosen such that what a path makes
+/// of two dimensions together is spread as well (see sobol_order.hpp). Best at 4^k samples, unbiased at any number.
 /// Neighbouring pixels share their points out among them: 4^k samples of each pixel of an aligned square of 1, 4, 16
 /// or 64 pixels are one such set too (in boxes of powers of four), so errors of neighbours cancel and the noise
 /// is blue at few samples, whatever their number and order.
 /// source  Burley, "Practical hash-based Owen scrambling", JCGT 9:4 (2020); the aim: Ahmed, Wonka, "Screen-space
 ///         blue-noise diffusion of Monte Carlo sampling error", SIGGRAPH Asia 2020. We differ: no sample count has
-///         to be known (see detail::TileShift)
+///         to be known (see detail::TileShift), and orders are not drawn by chance
 template <class T>
 class SobolSampler {
 public:
@@ -114,12 +119,12 @@ public:
 
         T get_1d(std::uint32_t dimension) const {
             const std::uint64_t key = derive_key(key_, dimension);
-            return unit(detail::owen_scramble_reversed(shuffled_index(key) ^ tile_shift(key).x, std::uint32_t(key)));
+            return unit(detail::owen_scramble_reversed(ordered_index(dimension) ^ tile_shift(key).x, std::uint32_t(key)));
         }
 
         Vec2<T> get_2d(std::uint32_t dimension) const {
             const std::uint64_t key = derive_key(key_, dimension);
-            const std::uint32_t index = shuffled_index(key);
+            const std::uint32_t index = ordered_index(dimension);
             const std::uint32_t second = detail::sobol_second_reversed(index);
             const detail::TileShift& shift = tile_shift(key);
             return {unit(detail::owen_scramble_reversed(index ^ shift.x, std::uint32_t(key))),
@@ -132,18 +137,18 @@ public:
 #else
         static constexpr bool four_at_once = false;
 #endif
-        /// get_2d() of four dimensions from this one on, whose first numbers are get_1d()'s.
+        /// get_2d() of dimensions 4k + 2 to 4k + 5, of which this is the first; their first numbers are get_1d()'s.
         std::array<Vec2<T>, 4> get_2d_of_four(std::uint32_t dimension) const {
             using Four = detail::FourWords;
-            Four index_seed, place_seed, low, high;
+            Four place_seed, low, high, masks[4];
             for (int i = 0; i < 4; ++i) {
-                const std::uint64_t key = derive_key(key_, dimension + std::uint32_t(i)), seeds = key * golden_ratio_64;
-                index_seed[i] = std::uint32_t(seeds >> 32);
-                place_seed[i] = std::uint32_t(seeds >> 24);
+                const std::uint64_t key = derive_key(key_, dimension + std::uint32_t(i));
+                place_seed[i] = detail::place_seed(key);
                 low[i] = std::uint32_t(key);
                 high[i] = std::uint32_t(key >> 32);
+                std::memcpy(&masks[i], &detail::sobol_order_masks[i][order(dimension)], sizeof(Four));
             }
-            const Four first = detail::reverse_bits(detail::owen_scramble_reversed(Four{} + reversed_index_, index_seed));
+            const Four first = detail::apply_order(Four{} + index_in_round(dimension), masks[0], masks[1], masks[2], masks[3]);
             const Four second = detail::sobol_second_reversed(first);
             const Four place = detail::owen_scramble_reversed(Four{} + place_, place_seed) & 63u;
             Four shift_x, shift_y;
@@ -162,24 +167,35 @@ public:
     private:
         friend SobolSampler;
         Stream(std::uint64_t key, std::uint32_t index, std::uint32_t place)
-            : key_(key), reversed_index_(detail::reverse_bits(index)), place_(place) {}
+            : key_(key), index_(index), place_(place) {}
 
         static T unit(std::uint32_t reversed) { return to_unit<T>(detail::reverse_bits(reversed)); }
 
-        /// Owen's scrambling of the index as a number: aligned blocks of 2^k samples stay such blocks.
-        std::uint32_t shuffled_index(std::uint64_t key) const {
-            const auto seed = std::uint32_t((key * golden_ratio_64) >> 32);
-            return detail::reverse_bits(detail::owen_scramble_reversed(reversed_index_, seed));
+        std::uint32_t ordered_index(std::uint32_t dimension) const {
+            const std::uint32_t d = order(dimension);
+            const auto& masks = detail::sobol_order_masks;
+            return detail::apply_order(index_in_round(dimension), masks[0][d], masks[1][d], masks[2][d], masks[3][d]);
+        }
+
+        static std::uint32_t order(std::uint32_t dimension) { return (dimension + 2) % detail::sobol_orders; }
+
+        /// Past the last order they begin again, with samples shuffled by chance: by Owen's scrambling of the index as a
+        /// number, so aligned blocks of 2^k samples stay such blocks.
+        std::uint32_t index_in_round(std::uint32_t dimension) const {
+            const std::uint32_t round = (dimension + 2) / detail::sobol_orders;
+            if (round == 0) return index_;
+            const auto seed = std::uint32_t(derive_key(~key_, round));
+            return detail::reverse_bits(detail::owen_scramble_reversed(detail::reverse_bits(index_), seed));
         }
 
         /// Which pixel of the tile takes which share is shuffled per dimension as well, squares staying squares.
         const detail::TileShift& tile_shift(std::uint64_t key) const {
-            const auto seed = std::uint32_t((key * golden_ratio_64) >> 24);
-            return detail::tile_shifts[detail::owen_scramble_reversed(place_, seed) & 63u];
+            return detail::tile_shifts[detail::owen_scramble_reversed(place_, detail::place_seed(key)) & 63u];
         }
 
         std::uint64_t key_; ///< of the tile
-        std::uint32_t reversed_index_, place_;
+        std::uint32_t index_;
+        std::uint32_t place_; ///< in the tile, bits in reverse
     };
 
     Stream at(std::uint32_t x, std::uint32_t y, std::uint32_t index) const {
