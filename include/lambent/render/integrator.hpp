@@ -64,6 +64,7 @@ class VertexNumbers {
 
 public:
     using T = typename Stream::Scalar;
+    static_assert(dimensions::first_vertex % 4 == 2 && dimensions::per_vertex % 4 == 0, "as streams have them at once");
 
     VertexNumbers(const Stream& stream, std::uint32_t base) : stream_(stream), base_(base) {
         if constexpr (at_once) numbers_ = stream.get_2d_of_four(base);
