@@ -5,7 +5,6 @@
 #include <support/statistics.hpp>
 #include <doctest/doctest.h>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -131,13 +130,19 @@ TEST_CASE("sobol: what a path makes of two of its dimensions together has less n
     constexpr std::uint32_t seed = 91, runs = 400;
     INFO("seed " << seed);
     const SobolSampler<double> sampler(seed);
-    for (const auto& [n, most, worst] : {std::array{16.0, 1.0, 3.5}, std::array{64.0, 0.35, 1.5}, std::array{256.0, 0.12, 0.5}}) {
+    struct Bound {
+        std::uint32_t samples;
+        double on_average, at_most;
+    };
+    for (const Bound bound : {Bound{16, 1.0, 3.5}, Bound{64, 0.35, 1.5}, Bound{256, 0.12, 0.5}}) {
+        const double n = bound.samples;
         double sum = 0, largest = 0, count = 0;
-        for (const auto& [a, b] : pairs) {
+        for (const auto& pair : pairs) {
+            const std::uint32_t a = pair[0], b = pair[1];
             double both_slope = 0, both_wave = 0;
             for (std::uint32_t run = 0; run < runs; ++run) {
                 double slopes = 0, waves = 0;
-                for (std::uint32_t i = 0; i < std::uint32_t(n); ++i) {
+                for (std::uint32_t i = 0; i < bound.samples; ++i) {
                     const auto stream = sampler.at(8 * run, 0, i);
                     const Vec2d u = stream.get_2d(a), v = stream.get_2d(b);
                     slopes += slope(u) * slope(v);
@@ -149,12 +154,12 @@ TEST_CASE("sobol: what a path makes of two of its dimensions together has less n
             CAPTURE(n);
             CAPTURE(a);
             CAPTURE(b);
-            CHECK(std::max(both_slope, both_wave) < worst);
+            CHECK(std::max(both_slope, both_wave) < bound.at_most);
             largest = std::max({largest, both_slope, both_wave});
             sum += both_slope + both_wave;
             count += 2;
         }
         INFO(n << " samples: variance over independent pairs' " << sum / count << " on average, " << largest << " at most");
-        CHECK(sum / count < most);
+        CHECK(sum / count < bound.on_average);
     }
 }
