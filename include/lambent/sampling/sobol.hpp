@@ -137,16 +137,17 @@ public:
 #else
         static constexpr bool four_at_once = false;
 #endif
-        /// get_2d() of dimensions 4k + 2 to 4k + 5, of which this is the first; their first numbers are get_1d()'s.
+        /// get_2d() of four dimensions from this one on, which has to be 4k + 2; their first numbers are get_1d()'s.
         std::array<Vec2<T>, 4> get_2d_of_four(std::uint32_t dimension) const {
             using Four = detail::FourWords;
+            const std::uint32_t first_order = order(dimension) & ~3u; // never past the table, whatever was asked for
             Four place_seed, low, high, masks[4];
             for (int i = 0; i < 4; ++i) {
                 const std::uint64_t key = derive_key(key_, dimension + std::uint32_t(i));
                 place_seed[i] = detail::place_seed(key);
                 low[i] = std::uint32_t(key);
                 high[i] = std::uint32_t(key >> 32);
-                std::memcpy(&masks[i], &detail::sobol_order_masks[i][order(dimension)], sizeof(Four));
+                std::memcpy(&masks[i], &detail::sobol_order_masks[i][first_order], sizeof(Four));
             }
             const Four first = detail::apply_order(Four{} + index_in_round(dimension), masks[0], masks[1], masks[2], masks[3]);
             const Four second = detail::sobol_second_reversed(first);
