@@ -63,6 +63,7 @@ measure bench_error_time --json --spp "$spp" \
     --methods path,light,bsdf,independent,path+best,path+balanced,path+fast ${peers:+--peers "$peers"}
 measure bench_denoise --json --reference-spp "$reference" --cache "$out/references" --pictures "$out/pictures" \
     ${peers:+--peers "$peers"}
+measure bench_materials --json --spp 64 --pictures "$out/pictures" ${peers:+--peers "$peers"}
 for name in filter skip frame load compile_time experiments; do
     measure "bench_$name" --json
 done

@@ -36,11 +36,11 @@ draw() {
 
 # An empty folder: every section says that it was not measured, and the page that machine and peers are unknown.
 draw
-for section in error rays denoising filters skipping instructions frame memory loading compiling experiments small; do
+for section in error materials rays denoising filters skipping instructions frame memory loading compiling experiments small; do
     inside "$section" 1 'Not measured: [a-z_]*\.json has no rows'
 done
 expect 1 'machine.json is absent'
-expect 12 '<li>.* left no rows'
+expect 13 '<li>.* left no rows'
 
 for spp in 1 4; do
     for method in path 'a<b'; do
@@ -61,12 +61,13 @@ echo '{"scene": "box", "feature": "alpha", "instructions_with_skip": 100, "instr
 echo '{"scene": "box", "load_s": 1, "build_s": 1, "render_s": 5, "denoise_s": 2, "write_s": 1, "total_s": 10, "peak_mib": 100.5, "wrong": 0}' >"$work/bench_frame.json"
 echo '{"scene": "box.glb", "library": "lambent_images", "seconds": 0.25, "right": true}' >"$work/bench_load.json"
 echo '{"header": "a.hpp", "mode": "-c", "seconds": 0.5, "ratio_to_vector": 4.5, "budget": 5, "within": "true"}' >"$work/bench_compile_time.json"
+echo '{"scene": "box", "differs": "by <design>", "mean_ratio": 0.995, "wrong": 0}' >"$work/bench_materials.json"
 echo '{"experiment": "E1", "scene": "room", "method": "raw", "spp": 5, "rel_mse": 0.5}' >"$work/bench_experiments.json"
 echo '{"date": "2001-02-03", "flags": "-O3 <x>"}' >"$work/machine.json"
 echo '{"bench": "bench_skip", "seconds": 7, "status": 0, "command": "bin/bench_skip --quick"}' >"$work/runs.json"
 echo 'Open Image Denoise is left out: no --peers' >"$work/bench_denoise.log"
 mkdir "$work/pictures"
-for what in 4_raw 4_best reference; do
+for what in 4_raw 4_best reference beside_cycles; do
     printf '\211PNG\r\n' >"$work/pictures/box_$what.png" # no picture, but bytes are bytes
 done
 
@@ -78,7 +79,8 @@ inside rays 1 '<svg '           # rays a second; there is no Embree to compare w
 inside rays 1 'Embree is not there'
 inside rays 1 '<td>9999</td><td>12.35</td><td>0</td>'
 inside denoising 1 "<input type='range'"
-[ "$(grep -o "src='data:image/png;base64,iVBORw0K'" "$work/report.html" | wc -l)" -eq 3 ] || fail "not three pictures"
+[ "$(grep -o "src='data:image/png;base64,iVBORw0K'" "$work/report.html" | wc -l)" -eq 4 ] || fail "not four pictures"
+inside materials 1 '<figcaption>box: means. ratio 0.995. by &lt;design&gt;'
 inside filters 1 'Not measured: bench_filter.json'
 inside skipping 1 '<title>alpha, box: 2.5<'
 [ "$(grep -c 'Made by <code>bin/bench_skip --quick</code>' "$work/report.html")" -eq 1 ] || fail "no command at a chart"

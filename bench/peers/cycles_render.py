@@ -127,7 +127,8 @@ def main():
     if s.diffuse or not s.file:
         add_mesh(s)
     else:
-        bpy.ops.import_scene.gltf(filepath=s.file)
+        bpy.ops.import_scene.gltf(  # COMPAT: lux and candela as Blender's units, not as watts of 683 lumens
+            filepath=s.file, export_import_convert_lighting_mode="COMPAT")
         add_mesh(s, s.own_triangles)
     add_camera(s)
     add_world(s.sky)

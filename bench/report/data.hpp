@@ -41,6 +41,7 @@ struct Section {
 };
 
 std::string error_time_section(const Data&, const std::vector<Row>&);
+std::string materials_section(const Data&, const std::vector<Row>&);
 std::string frame_section(const Data&, const std::vector<Row>&);
 std::string memory_section(const Data&, const std::vector<Row>&);
 std::string skip_section(const Data&, const std::vector<Row>&);
@@ -56,6 +57,7 @@ std::string micro_section(const Data&, const std::vector<Row>&);
 /// In the order of the page.
 inline const Section sections[] = {
     {"error", "Error against run time", "bench_error_time", error_time_section},
+    {"materials", "Materials beside Cycles", "bench_materials", materials_section},
     {"rays", "Rays a second against Embree", "bench_bvh", rays_section},
     {"denoising", "Denoising, before and after", "bench_denoise", denoise_section},
     {"filters", "Filters against the naive program and OpenCV", "bench_filter", filter_section},

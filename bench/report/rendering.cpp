@@ -67,6 +67,21 @@ std::string error_time_section(const Data& data, const std::vector<Row>& rows) {
     return out + folded("All rows", table(curves));
 }
 
+std::string materials_section(const Data& data, const std::vector<Row>& rows) {
+    std::string out = "<p>The same glTF files in both: ours, Cycles', and the difference over grey. Ours compensates for light "
+                      "that meets several facets, as Cycles' materials do. Differences are shares of the luminance, over "
+                      "squares of 4 x 4 pixels, noise included.</p>\n";
+    for (const Row& row : rows) {
+        const std::string scene = get(row, "scene"), differs = get(row, "differs");
+        const std::filesystem::path picture = data.folder / "pictures" / (scene + "_beside_cycles.png");
+        if (!std::filesystem::exists(picture)) continue;
+        const std::string caption = scene + ": means' ratio " + shown(number(row, "mean_ratio")) +
+                                    (differs.empty() ? "" : ". " + differs);
+        out += "<figure>" + image(picture, caption) + "<figcaption>" + escaped(caption) + "</figcaption></figure>\n";
+    }
+    return out + folded("All rows", table(rows));
+}
+
 std::string frame_section(const Data& data, const std::vector<Row>& rows) {
     const std::vector<std::string> parts = {"load", "build", "render", "denoise", "write"};
     StackPlot plot{"Stages of one run of render", "percent of the time in the program", {}};

@@ -117,6 +117,7 @@
 #include <lambent/material/fresnel.hpp>
 #include <lambent/material/ggx.hpp>
 #include <lambent/material/ggx_albedo.hpp>
+#include <lambent/material/glass_albedo.hpp>
 #include <lambent/material/lambert.hpp>
 #include <lambent/material/standard.hpp>
 #include <lambent/render/adaptive.hpp>

@@ -66,6 +66,29 @@ TEST_CASE("furnace: compensated white metal, plastic and sheets give back all th
     CHECK(more.x > once.x);
 }
 
+TEST_CASE("furnace: compensated rough glass gives back all that it gets on either side, as strongly as it may mirror") {
+    Random random(33);
+    double lost = 0;
+    for (int i = 0; i < 300; ++i) {
+        StandardPoint<double> glass;
+        glass.transmission = 1;
+        glass.thin = false;
+        glass.front = i % 2 == 0;
+        glass.ior = i % 3 == 0 ? random.uniform(1.01, 1.1) : random.uniform(1.1, 3);
+        glass.specular = i % 5 == 0 ? random.uniform() : 1;
+        glass.roughness = i % 4 == 0 ? 1 : random.uniform(0.15, 1);
+        const Vec3d wo = direction(i % 7 == 0 ? 1 : random.uniform(0.2, 1));
+        lost = std::max(lost, 1 - scattered(glass, wo, 20000).x);
+        glass.compensated = true;
+        CAPTURE(i);
+        CAPTURE(glass.ior);
+        CAPTURE(glass.roughness);
+        CAPTURE(wo.z);
+        CHECK(std::abs(scattered(glass, wo, 20000).x - 1) < 0.015);
+    }
+    CHECK(lost > 0.5); // without
+}
+
 TEST_CASE("furnace: compensated, no material gives back more than it gets") {
     Random random(31);
     double worst = 0;

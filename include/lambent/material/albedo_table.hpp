@@ -11,10 +11,9 @@ inline namespace LAMBENT_ABI {
 /// A smooth function of a cosine and a roughness, both in [0, 1], tabulated at construction: even in the square root of
 /// the cosine, since albedos change fast at grazing angles; linear in between. For directional albedos; some KiB.
 /// V  what a value is: a number or a vector of float
-template <class V>
+template <class V, int side = 24>
 class AlbedoTable {
 public:
-    static constexpr int side = 24;
 
     /// f(cosine, roughness) is asked for at side² points, both in double and in (0, 1].
     template <class F>

@@ -8,6 +8,7 @@
 #include <lambent/material/fresnel.hpp>
 #include <lambent/material/ggx.hpp>
 #include <lambent/material/ggx_albedo.hpp>
+#include <lambent/material/glass_albedo.hpp>
 #include <lambent/sampling/warp.hpp>
 
 namespace lambent {
@@ -29,7 +30,8 @@ struct StandardPoint {
     Vec3<T> sheen_color{0};                   ///< in [0, 1]; 0 = none
     T sheen_roughness = 0;                    ///< in [0, 1]
     /// Adds what facets would pass on from one to another, and lets no more be scattered than facets leave over: white
-    /// metals, plastics and sheets then give back all that they get at any roughness. glTF itself does neither.
+    /// metals, plastics, sheets and clear glass then give back all that they get at any roughness. glTF itself does
+    /// neither.
     bool compensated = false;
 
     /// Whether nothing but diffuse reflection is left: then Lambert of `base_color` is the same.
@@ -124,6 +126,7 @@ private:
         T stretched = 0, bounded = 0; ///< of the facets: Ggx::stretched, Ggx::bounded_factor
         T miss = 0;                   ///< compensation: light that the facets lose over what they reflect
         T left = 1;                   ///< compensation: what the dielectric's facets leave to be scattered
+        T glass_gain = 1;             ///< compensation: makes good for what glass' facets lose of both its sides
         T coat_share = 0;
         T base = 1; ///< what coat and sheen let through to and from what is below, mirror-wise
         T sheen_albedo = 0, sheen_lambda = 0;
@@ -155,6 +158,10 @@ private:
                 miss = glm::max(T(0), 1 - all) / all;
                 left =
                     glm::max(T(0), 1 - (b.f0_max_ * T(albedo.x) + p.specular * T(albedo.y)) * (1 + b.f0_max_ * miss));
+                if (b.glass_ > 0 && p.thin) // whose facets reflect and pass on alike
+                    glass_gain += miss;
+                else if (b.glass_ > 0 && !b.sharp())
+                    glass_gain /= T(glass_albedo(float(wo.z), float(p.roughness), float(b.eta_), float(b.mirroring())));
             }
             // Facets stand otherwise than their mean: rough ones are seen less grazingly.
             const T seen = b.smooth_ ? wo.z : wo.z + b.facets_.alpha * T(0.7) * (T(0.6) - wo.z);
@@ -200,6 +207,10 @@ private:
         const T exact = dielectric_reflectance(cosine, eta_, ignored);
         return p_.front ? min(p_.specular_color, Vec3<T>(1)) * (p_.specular * exact) : Vec3<T>(exact);
     }
+    /// The most of what Fresnel's equations say that a volume's boundary mirrors.
+    T mirroring() const {
+        return p_.front ? max_component(min(p_.specular_color, Vec3<T>(1))) * p_.specular : T(1);
+    }
 
     /// Whether glass has two directions only; the chance with which it mirrors rather than refracts at a facet.
     bool sharp() const { return smooth_ || straight_; }
@@ -214,8 +225,6 @@ private:
         const T albedo = glm::max(view.sheen_albedo, T(charlie_albedo(float(cos_i), float(p_.sheen_roughness))));
         return (1 - view.coat_share) * (1 - sheen_max_ * albedo);
     }
-    /// A sheet's facets reflect and pass on alike, so one factor makes good for both.
-    T glass_gain(const View& view) const { return p_.thin ? 1 + view.miss : T(1); }
 
     BsdfValue<T> evaluate(const View& view, const Vec3<T>& wo, const Vec3<T>& wi) const {
         if (wi.z > 0) return reflect(view, wo, wi);
@@ -239,7 +248,7 @@ private:
             T pdf = view.reflection * view.bounded;
             if (glass_ > 0 && !sharp()) {
                 const Vec3<T> at = boundary(cosine);
-                reflectance += glass_ * glass_gain(view) * at;
+                reflectance += glass_ * view.glass_gain * at;
                 pdf += view.glass * mirrored_share(at) * Ggx<T>::visible_factor(wo, view.stretched) / 4;
             }
             v.f += reflectance * (d * Ggx<T>::visibility(wo.z, view.stretched, wi.z, facets_.stretched(wi)));
@@ -281,7 +290,7 @@ private:
         const T d = facets_.distribution(h);
         const T visibility = Ggx<T>::visibility(wo.z, view.stretched, -wi.z, facets_.stretched(wi));
         return {.f = p_.base_color * (Vec3<T>(1) - at) *
-                     (glass_ * glass_gain(view) * d * visibility * bent * through(view, -wi.z)),
+                     (glass_ * view.glass_gain * d * visibility * bent * through(view, -wi.z)),
                 .pdf = view.glass * (1 - mirrored_share(at)) * d * o * jacobian *
                        Ggx<T>::visible_factor(wo, view.stretched)};
     }
