@@ -1,6 +1,6 @@
 // The shared set's material scenes beside Blender's Cycles, which imports the same glTF files: a picture of each with
 // ours, Cycles' and their difference, and how far the two are from each other. Materials that mean the same in both
-// agree to the noise; what a file leaves to the renderer is told in docs/guides/integrator.md.
+// agree to the noise; where they don't, the scene's row says why.
 #include "../examples/support/command_line.hpp"
 #include "../examples/support/preview.hpp"
 #include "lamp.hpp"
@@ -58,7 +58,10 @@ const std::vector<View> views = {
     {.file = "scenes/transmission_roughness_test/TransmissionRoughnessTest.glb",
      .apart = 0.04,
      .why = "glTF tints light at each of glass' two sides, Cycles once for both"},
-    {.file = "scenes/lights_punctual/Lights.glb", .sky = ""},
+    {.file = "scenes/lights_punctual/Lights.glb",
+     .sky = "",
+     .apart = 0.04,
+     .why = "what plastic's facets leave to be scattered goes by another formula; a spot's edge is as glTF has it"},
     {.file = "scenes/cornell_box_emissive/CornellBox.glb",
      .sky = "",
      .eye = Vec3d(-278, 273, 800),

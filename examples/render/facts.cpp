@@ -35,6 +35,7 @@ std::vector<std::string> facts_of(const Scene<float>& scene) {
     add(has.specular, "specular");
     add(has.specular && scene.compensated, "compensation");
     add(any_material(scene, [](const Material& m) { return m.transmission > 0; }), "transmission");
+    add(any_material(scene, [](const Material& m) { return m.may_be_pane(); }), "panes");
     add(any_emissive(scene), "emissive_surfaces");
     add(any_material(scene, [](const Material& m) { return bool(m.emission_texture); }), "emissive_textures");
     add(!scene.punctual_lights.empty(), "punctual_lights");

@@ -126,6 +126,7 @@
 #include <lambent/render/direct.hpp>
 #include <lambent/render/first_hit.hpp>
 #include <lambent/render/integrator.hpp>
+#include <lambent/render/panes.hpp>
 #include <lambent/render/path.hpp>
 #include <lambent/render/path_listener.hpp>
 #include <lambent/render/pixel_filter.hpp>

@@ -37,7 +37,7 @@ Scene<float> shreds(std::size_t count) {
     Scene<float> scene = cornell_scene<float>();
     scene.environment.scale = Vec3f(0.2f, 0.3f, 0.5f);
     const auto first = std::uint32_t(scene.materials.size());
-    scene.materials.resize(first + 6);
+    scene.materials.resize(first + 7);
     Material* const m = &scene.materials[first];
     m[0].base_color = Vec3f(0.7f, 0.1f, 0.1f);
     m[1].base_color = Vec3f(0.1f, 0.7f, 0.1f);
@@ -49,6 +49,9 @@ Scene<float> shreds(std::size_t count) {
     m[5].specular = 1;
     m[5].metallic = 1;
     m[5].roughness = 0;
+    m[6].specular = 1;
+    m[6].transmission = 1;
+    m[6].roughness = 0;
     Random random(4);
     const Bounds3<double> box = scene.bounds();
     for (std::size_t i = 0; i < count; ++i) {
@@ -59,7 +62,7 @@ Scene<float> shreds(std::size_t count) {
         for (int corner = 0; corner < 3; ++corner) scene.positions.push_back(at + random.in_box<float>(-size, size));
         for (int copy = 0; copy < (i % 8 == 0 ? 20 : 2); ++copy) {
             scene.triangles.push_back({vertex, vertex + 1, vertex + 2});
-            scene.triangle_materials.push_back(first + std::uint32_t(random.index(6)));
+            scene.triangle_materials.push_back(first + std::uint32_t(random.index(7)));
         }
     }
     scene.normals.resize(scene.normals.empty() ? 0 : scene.positions.size(), Vec3f(0));

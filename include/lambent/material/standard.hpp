@@ -93,6 +93,11 @@ public:
         return smooth_ || (straight_ && p_.metallic <= 0);
     }
     bool transmits() const { return glass_ > 0; }
+    /// What a sheet, or a volume that does not refract, lets straight through, if it is clear: a delta lobe's reflectance.
+    Vec3<T> straight_through(const Vec3<T>& wo) const {
+        if (!(wo.z > 0) || !(glass_ > 0) || !(straight_ || (p_.thin && smooth_))) return Vec3<T>(0);
+        return p_.base_color * (Vec3<T>(1) - boundary(glm::min(T(1), wo.z))) * (glass_ * View(*this, wo).base);
+    }
 
     BsdfValue<T> evaluate(const Vec3<T>& wo, const Vec3<T>& wi) const {
         return wo.z > 0 ? evaluate(View(*this, wo), wo, wi) : BsdfValue<T>();

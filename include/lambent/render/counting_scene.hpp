@@ -31,6 +31,7 @@ public:
     SceneCounts counts() const { return {closest_, shadow_, nodes_, light_samples_, surfaces_, lookups_}; }
 
     const Scene<T>& scene() const { return scene_.scene(); }
+    bool has_panes() const { return scene_.has_panes(); }
     bool has_lights(Companion companion) const { return scene_.has_lights(companion); }
     bool sees_only_background(const Pyramid<T>& view) const { return scene_.sees_only_background(view); }
     Vec3<T> background(const Vec3<T>& direction) const { return scene_.background(direction); }
@@ -52,6 +53,12 @@ public:
         scene_.bvh().occluded(ray, counted(ray, nodes));
         add(nodes_, nodes), add(shadow_, 1);
         return scene_.occluded(ray);
+    }
+    bool occluded_but_for_panes(const Ray<T>& ray, bool& panes) const {
+        std::uint64_t nodes = 0;
+        scene_.bvh().occluded(ray, counted(ray, nodes));
+        add(nodes_, nodes), add(shadow_, 1);
+        return scene_.occluded_but_for_panes(ray, panes);
     }
     Surface<T> surface(const Ray<T>& ray, const Hit<T>& hit) const {
         const Surface<T> surface = scene_.surface(ray, hit);

@@ -3,6 +3,7 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/material/lambert.hpp>
 #include <lambent/render/integrator.hpp>
+#include <lambent/render/panes.hpp>
 #include <lambent/render/path_listener.hpp>
 #include <lambent/sampling/mis.hpp>
 #include <algorithm>
@@ -44,6 +45,7 @@ struct PathState {
     Vec3<T> extinction{0};   ///< per unit of length, of the volume that the ray is in
     Ray<T> shadow_ray;
     Vec3<T> shadow_radiance{0};
+    std::uint32_t shadow_panes = 0; ///< that the shadow ray may pass: what max_depth leaves
     std::uint32_t probes = 0;   ///< short shadow rays so far that advance() asked itself: see Surface::lift
     bool aimed = false; ///< a light sample was drawn; black `shadow_radiance` says then that it was not worth a ray
     bool alive = true;
@@ -91,7 +93,7 @@ struct PathIntegrator {
         }
         const Surface<T> surface = scene.surface(path.ray, hit);
         path.listener.hit(path, hit, surface);
-        if (!is_black(path.extinction)) path.throughput *= exp(-path.extinction * surface.distance);
+        if (!is_black(path.extinction)) path.throughput *= exp(-path.extinction * (surface.distance - path.ray.t_min));
         if (path.depth == 0) detail::record_surface(path.result, surface);
         else if (path.specular) detail::record_reflected(path.result, surface, path.throughput);
         add_emission(path, surface.emission, [&] { return scene.hit_light_pdf(path.ray, hit, path.normal); });
@@ -112,9 +114,7 @@ struct PathIntegrator {
                 continue;
             }
             ++counts.shadow;
-            const bool occluded = scene.occluded(path.shadow_ray);
-            path.listener.shadow(path, occluded);
-            if (!occluded) path.add_shadow_radiance();
+            detail::trace_shadow_ray(scene, path, counts);
         }
         counts.shadow += path.probes;
         return path.result;
@@ -174,8 +174,8 @@ private:
     }
 
     template <class S, class T, class L, class B>
-    static void aim_at_light(const S& scene, PathState<T, L>& path, const Surface<T>& surface, const Frame<T>& frame,
-                             const B& bsdf, const Vec3<T>& wo, const Vec2<T>& u) {
+    void aim_at_light(const S& scene, PathState<T, L>& path, const Surface<T>& surface, const Frame<T>& frame,
+                      const B& bsdf, const Vec3<T>& wo, const Vec2<T>& u) const {
         const LightSample<T> light = scene.sample_light(surface.position, lit_normal(surface, bsdf), u, companion);
         path.aimed = true;
         path.listener.light(path, light);
@@ -191,6 +191,7 @@ private:
             if (!light.delta) weight = mis_weight(light.pdf, scattered.pdf);
         path.shadow_radiance = value * (weight / light.pdf);
         path.shadow_first = path.specular;
+        path.shadow_panes = options.max_depth - path.depth - 1;
         path.listener.aim(path, scattered, weight);
         path.shadow_ray = light.infinite
                               ? spawn_ray(surface, light.wi, out)
@@ -228,13 +229,18 @@ private:
             if (!survived) return;
             path.throughput /= survival;
         }
+        path.alive = true;
+        if (detail::has_panes(scene) && bounce.delta && bounce.wi.z < 0 &&
+            !is_black(detail::straight_through(surface, bsdf, wo))) {
+            path.ray.t_min = next_up(surface.distance);
+            return;
+        }
         if (bounce.wi.z < 0) path.extinction = surface.front ? surface.extinction : Vec3<T>(0);
         path.bsdf_pdf = bounce.delta ? T(0) : bounce.pdf;
         path.first = path.specular && !bounce.delta;
         path.specular = path.specular && bounce.delta;
         path.normal = lit_normal(surface, bsdf);
         path.ray = spawn_ray(surface, wi, out);
-        path.alive = true;
     }
 };
 

@@ -2,6 +2,7 @@
 #include <lambent/core/ray.hpp>
 #include <lambent/film/pixel_sample.hpp>
 #include <lambent/render/integrator.hpp>
+#include <lambent/render/panes.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -32,8 +33,18 @@ void camera_hit_each(const S& scene, std::span<const Ray<T>> rays, std::span<Hit
     if constexpr (requires { scene.intersect_camera(rays, hits); }) scene.intersect_camera(rays, hits);
     else std::transform(rays.begin(), rays.end(), hits.begin(), [&](const Ray<T>& ray) { return camera_hit(scene, ray); });
 }
+/// `panes` tells where they are in the way, as RenderScene has it, or stays false.
 template <class S, class T>
-void occluded_each(const S& scene, std::span<const Ray<T>> rays, std::span<bool> occluded) {
+void occluded_each(const S& scene, std::span<const Ray<T>> rays, std::span<bool> occluded, std::span<bool> panes) {
+    if constexpr (requires { scene.has_panes(); })
+        if (scene.has_panes()) {
+            std::fill(panes.begin(), panes.end(), false);
+            if constexpr (requires { scene.occluded_but_for_panes(rays, occluded, panes); })
+                scene.occluded_but_for_panes(rays, occluded, panes);
+            else
+                for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = scene.occluded_but_for_panes(rays[i], panes[i]);
+            return;
+        }
     if constexpr (requires { scene.occluded(rays, occluded); }) scene.occluded(rays, occluded);
     else std::transform(rays.begin(), rays.end(), occluded.begin(), [&](const Ray<T>& ray) { return scene.occluded(ray); });
 }
@@ -58,6 +69,7 @@ public:
             alive_.resize(most);
             aimed_.resize(most);
             occluded_.reset(new bool[most]);
+            panes_.reset(new bool[most]());
         }
     }
 
@@ -122,10 +134,10 @@ private:
 
         for (std::size_t i = 0; i < aimed; ++i) rays_[i] = paths_[aimed_[i]].shadow_ray;
         const std::span<bool> occluded(occluded_.get(), aimed);
-        occluded_each<S, T>(scene_, std::span<const Ray<T>>(rays_.data(), aimed), occluded);
+        const std::span<bool> panes(panes_.get(), aimed);
+        occluded_each<S, T>(scene_, std::span<const Ray<T>>(rays_.data(), aimed), occluded, panes);
         counts.shadow += aimed;
-        for (std::size_t i = 0; i < aimed; ++i)
-            if (!occluded[i]) paths_[aimed_[i]].add_shadow_radiance();
+        for (std::size_t i = 0; i < aimed; ++i) answer_shadow_ray(scene_, paths_[aimed_[i]], occluded[i], panes[i], counts);
         return going_on;
     }
 
@@ -136,7 +148,7 @@ private:
     std::vector<Hit<T>> hits_;
     std::vector<Path> paths_;
     std::vector<std::uint32_t> alive_, aimed_; ///< indices of paths
-    std::unique_ptr<bool[]> occluded_;
+    std::unique_ptr<bool[]> occluded_, panes_;
 };
 
 } // namespace detail

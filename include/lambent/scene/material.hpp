@@ -2,6 +2,7 @@
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/scene/texture.hpp>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -56,6 +57,13 @@ struct Material {
     /// Whether it is Lambert's everywhere: factors of 0 make textures idle.
     bool diffuse() const {
         return metallic <= 0 && specular <= 0 && transmission <= 0 && clearcoat <= 0 && is_black(sheen_color);
+    }
+
+    /// Whether light may go straight through it: a clear sheet, or one that does not refract.
+    bool may_be_pane() const {
+        const bool textured = bool(metallic_roughness_texture);
+        return transmission > 0 && (metallic < 1 || textured) &&
+               ((!(thickness > 0) && (roughness < 0.01f || textured)) || std::abs(ior - 1) < 1e-3f);
     }
 
     /// Calls f(texture) for every texture slot.

@@ -55,6 +55,8 @@ public:
         }
         front_only_ = std::any_of(scene.materials.begin(), scene.materials.end(),
                                   [](const Material& m) { return m.front_only; });
+        for (const Material& m : scene.materials) panes_.push_back(m.may_be_pane());
+        has_panes_ = std::find(panes_.begin(), panes_.end(), true) != panes_.end();
     }
     PreparedScene(Scene<T>&&, auto&) = delete;
 
@@ -62,6 +64,7 @@ public:
     const BasicBvh<T>& bvh() const { return bvh_; }
     std::size_t light_count() const { return lights_.count(); }
     bool has_lights(Companion companion) const { return lights_.any(companion); }
+    bool has_panes() const { return has_panes_; }
 
     template <SceneFeatures features = every_feature>
     Hit<T> intersect(const Ray<T>& ray) const {
@@ -85,6 +88,14 @@ public:
         if constexpr (features.alpha)
             if (masked()) return bvh_.occluded(ray, alpha_test(ray));
         return bvh_.occluded(ray);
+    }
+
+    /// Whether anything but panes is in the way; `panes` becomes true if they are, as far as it matters.
+    template <SceneFeatures features = every_feature>
+    bool occluded_but_for_panes(const Ray<T>& ray, bool& panes) const {
+        if constexpr (features.spheres)
+            if (behind_sphere(ray, &panes)) return true;
+        return bvh_.occluded(ray, opaque_test(ray, panes));
     }
 
     /// The same for many rays at once: the same answers, sooner where rays have something in common, or the tree is large.
@@ -113,6 +124,13 @@ public:
         with_alpha_test<features>(rays, [&](const auto&... filter) { bvh_.occluded(rays, occluded, filter...); });
         if constexpr (features.spheres)
             for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = occluded[i] || behind_sphere(rays[i]);
+    }
+    template <SceneFeatures features = every_feature>
+    void occluded_but_for_panes(std::span<const Ray<T>> rays, std::span<bool> occluded, std::span<bool> panes) const {
+        bvh_.occluded(rays, occluded,
+                      detail::OfRay([this, rays, panes](std::size_t i) { return opaque_test(rays[i], panes[i]); }));
+        if constexpr (features.spheres)
+            for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = occluded[i] || behind_sphere(rays[i], &panes[i]);
     }
 
     /// Whether `ray` finds a surface at a point of a triangle, as a HitFilter. Where that is a matter of chance, the ray's
@@ -261,10 +279,24 @@ private:
             if (!scene_.spheres.empty())
                 for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = nearer_sphere<features>(rays[i], hits[i]);
     }
-    bool behind_sphere(const Ray<T>& ray) const {
-        for (const Sphere<T>& sphere : scene_.spheres)
-            if (sphere.intersect(ray, ray.t_max) < ray.t_max) return true;
+    /// With `panes`, those are noted there and let the ray pass.
+    bool behind_sphere(const Ray<T>& ray, bool* panes = nullptr) const {
+        for (const Sphere<T>& sphere : scene_.spheres) {
+            if (!(sphere.intersect(ray, ray.t_max) < ray.t_max)) continue;
+            if (panes == nullptr || !panes_[sphere.material]) return true;
+            *panes = true;
+        }
         return false;
+    }
+
+    /// alpha_test() that lets pass, and notes, what is a pane.
+    auto opaque_test(const Ray<T>& ray, bool& panes) const {
+        return [this, &panes, covers = alpha_test(ray)](std::uint32_t triangle, T u, T v, T t) {
+            if (!covers(triangle, u, v, t)) return false;
+            const bool pane = panes_[scene_.triangle_materials[triangle]];
+            panes |= pane;
+            return !pane;
+        };
     }
 
     /// alpha_test() that also passes back sides which cameras don't see.
@@ -324,7 +356,8 @@ private:
 
     const Scene<T>& scene_;
     BasicBvh<T> bvh_;
-    bool front_only_ = false;
+    bool front_only_ = false, has_panes_ = false;
+    std::vector<bool> panes_;       ///< of materials: those that may be panes
     std::vector<bool> see_through_; ///< triangles of materials that are masked or blended; empty without such
     SceneLights<T> lights_;
 };

@@ -16,6 +16,9 @@ inline namespace LAMBENT_ABI {
 ///                               render() asks where it can
 ///     sees_only_background(pyramid)  whether no ray within it meets anything, and all see one background: render() then
 ///                               takes one sample for all
+///     has_panes(), occluded_but_for_panes(ray, panes)  whether light goes straight through some of its surfaces, as
+///                               their BSDFs' straight_through(wo) tells; whether anything else is in the way, and, in
+///                               `panes`, whether such a surface is; and the latter for spans of rays
 ///     scene().origin            what its coordinates are relative to, in double
 template <class S>
 concept RenderScene = requires(const S& scene, const Ray<typename S::Scalar>& ray, const Hit<typename S::Scalar>& hit,

@@ -32,6 +32,7 @@ public:
 
     const Scene<T>& scene() const { return scene_.scene(); }
     bool has_lights(Companion companion) const { return scene_.has_lights(companion); }
+    bool has_panes() const { return features.specular && scene_.has_panes(); }
     Hit<T> intersect(const Ray<T>& ray) const { return scene_.template intersect<features>(ray); }
     Hit<T> intersect_camera(const Ray<T>& ray) const { return scene_.template intersect_camera<features>(ray); }
     bool occluded(const Ray<T>& ray) const { return scene_.template occluded<features>(ray); }
@@ -41,6 +42,12 @@ public:
     }
     void occluded(std::span<const Ray<T>> rays, std::span<bool> occluded) const {
         scene_.template occluded<features>(rays, occluded);
+    }
+    bool occluded_but_for_panes(const Ray<T>& ray, bool& panes) const {
+        return scene_.template occluded_but_for_panes<features>(ray, panes);
+    }
+    void occluded_but_for_panes(std::span<const Ray<T>> rays, std::span<bool> occluded, std::span<bool> panes) const {
+        scene_.template occluded_but_for_panes<features>(rays, occluded, panes);
     }
     bool sees_only_background(const Pyramid<T>& view) const { return scene_.sees_only_background(view); }
     Surface<T> surface(const Ray<T>& ray, const Hit<T>& hit) const { return scene_.template surface<features>(ray, hit); }
