@@ -80,7 +80,7 @@ inside rays 1 'Embree is not there'
 inside rays 1 '<td>9999</td><td>12.35</td><td>0</td>'
 inside denoising 1 "<input type='range'"
 [ "$(grep -o "src='data:image/png;base64,iVBORw0K'" "$work/report.html" | wc -l)" -eq 4 ] || fail "not four pictures"
-inside materials 1 '<figcaption>box: means. ratio 0.995. by &lt;design&gt;'
+inside materials 1 '<figcaption>box: means&#39; ratio 0.995. by &lt;design&gt;'
 inside filters 1 'Not measured: bench_filter.json'
 inside skipping 1 '<title>alpha, box: 2.5<'
 [ "$(grep -c 'Made by <code>bin/bench_skip --quick</code>' "$work/report.html")" -eq 1 ] || fail "no command at a chart"

@@ -50,10 +50,11 @@ Vec3<T> through_panes(const S& scene, Ray<T> ray, std::uint32_t most, RayCounts&
 /// Gives a path the answer to its shadow ray.
 template <class S, class Path>
 void answer_shadow_ray(const S& scene, Path& path, bool occluded, bool panes, RayCounts& counts) {
-    if (panes && !occluded) {
-        path.shadow_radiance *= through_panes(scene, path.shadow_ray, path.shadow_panes, counts);
-        occluded = is_black(path.shadow_radiance);
-    }
+    if constexpr (requires { scene.has_panes(); })
+        if (panes && !occluded) {
+            path.shadow_radiance *= through_panes(scene, path.shadow_ray, path.shadow_panes, counts);
+            occluded = is_black(path.shadow_radiance);
+        }
     path.listener.shadow(path, occluded);
     if (!occluded) path.add_shadow_radiance();
 }

@@ -32,7 +32,11 @@ public:
 
     const Scene<T>& scene() const { return scene_.scene(); }
     bool has_lights(Companion companion) const { return scene_.has_lights(companion); }
-    bool has_panes() const { return features.specular && scene_.has_panes(); }
+    bool has_panes() const
+        requires(features.specular)
+    {
+        return scene_.has_panes();
+    }
     Hit<T> intersect(const Ray<T>& ray) const { return scene_.template intersect<features>(ray); }
     Hit<T> intersect_camera(const Ray<T>& ray) const { return scene_.template intersect_camera<features>(ray); }
     bool occluded(const Ray<T>& ray) const { return scene_.template occluded<features>(ray); }
