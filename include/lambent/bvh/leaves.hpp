@@ -300,7 +300,7 @@ struct StoredTriangles {
         auto found = intersect<HitRules{}, 8, range_end<query>, early_out>(q.ray, block[0], block[count - 1], q.t_min,
                                                                            hits[0].t);
         if constexpr (query == detail::Query::closest) // each lane by itself: the nearest would be known too late
-            found.mask = found.mask & ((found.t < Lanes(hits[0].t)) | go_first(block[0], block[count - 1], hits[0].primitive));
+            found.mask = found.mask & ((found.t < Lanes(hits[0].t)) | go_first<8>(block[0], block[count - 1], hits[0].primitive));
         const Lanes t = select(found.mask, found.t, Lanes(std::numeric_limits<T>::infinity()));
         const T nearest = smallest(t);
         const unsigned lane = unsigned(std::countr_zero(bits(t == Lanes(nearest)) | 1u << 7)); // the first, if several
@@ -314,14 +314,16 @@ struct StoredTriangles {
     }
 
 private:
-    /// Which of two blocks' triangles goes_first(); anything for those that cannot be hit.
-    [[gnu::always_inline]] static Mask<T, 8> go_first(const Block& first, const Block& second, std::uint32_t other) {
+    /// Which of two blocks' triangles goes_first(); anything for those that cannot be hit. N is 8: a template, so that it is
+    /// compiled only where a register holds so many.
+    template <int N>
+    [[gnu::always_inline]] static Mask<T, N> go_first(const Block& first, const Block& second, std::uint32_t other) {
         using Ids = typename VectorOf<std::int32_t, 4>::Type;
         Ids low, high;
         std::memcpy(&low, first.primitive, sizeof(low));
         std::memcpy(&high, second.primitive, sizeof(high));
         const auto ids = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
-        const Mask<float, 8> before{ids + 1 < std::int32_t(other + 1)};
+        const Mask<float, N> before{ids + 1 < std::int32_t(other + 1)};
         if constexpr (sizeof(T) == sizeof(float)) return before;
         else return {std::uint16_t(bits(before))};
     }
