@@ -83,6 +83,21 @@ TEST_CASE("panes: the sun lights a floor through them, each with its tint and wh
         }
 }
 
+TEST_CASE("panes: analytic spheres are some too, and those that are not still hide the sun") {
+    PunctualLight sun;
+    sun.kind = PunctualLight::Kind::directional;
+    sun.direction = {0, -1, 0};
+    Floor domed(0);
+    domed.scene.punctual_lights = {sun};
+    const std::uint32_t pane = add_pane(domed.scene, Vec3f(Floor::tint));
+    domed.scene.spheres.push_back({.center = Vec3f(0), .radius = 100, .material = pane});
+    const Vec3d seen = domed.seen(PathIntegrator<>{{.max_depth = 2}});
+    for (int c = 0; c < 3; ++c)
+        CHECK(seen[c] == doctest::Approx(Floor::albedo / pi<double> * Floor::tint[c] * 0.96).epsilon(2e-5));
+    domed.scene.spheres.push_back({.center = Vec3f(0, 50, 0), .radius = 2, .material = 0});
+    CHECK(domed.seen(PathIntegrator<>{{.max_depth = 2}}) == Vec3d(0));
+}
+
 TEST_CASE("panes: not what refracts, nor volumes that keep light; what hides by chance hides by chance") {
     Floor floor(1);
     PunctualLight sun;
