@@ -63,14 +63,16 @@ public:
             }
         }
         void aim(const auto& path, const lambent::BsdfValue<float>& scattered, float weight) const {
-            printer->add("      adds     %s if visible, which ", exact(path.shadow_radiance).c_str());
+            printer->add("      adds     ");
             printer->visible_ = printer->lines_.size();
             printer->aims_ = false;
+            printer->aimed_ = path.shadow_radiance;
             printer->add(": BSDF %s, pdf %.7g, MIS weight %.7g\n", text(scattered.f).c_str(), double(scattered.pdf),
                          double(weight));
         }
-        void shadow(const auto&, bool occluded) const {
-            printer->lines_.insert(printer->visible_, occluded ? "it is not" : "it is");
+        void shadow(const auto& path, bool occluded) const {
+            const char* const seen = occluded ? "it is not" : path.shadow_radiance == printer->aimed_ ? "it is" : "it is through panes";
+            printer->lines_.insert(printer->visible_, exact(path.shadow_radiance) + " if visible, which " + seen);
         }
         void bounce(const auto&, const lambent::BsdfSample<float>& b, const Vec& wi) const {
             if (std::exchange(printer->aims_, false))
@@ -150,6 +152,7 @@ private:
     const lambent::Scene<float>& scene_;
     std::string lines_;      ///< of the vertex under way
     std::size_t visible_ = 0; ///< where in them the answer to the shadow ray belongs
+    Vec aimed_{0};            ///< what it would add if nothing were in its way
     bool aims_ = false;       ///< a light was picked, and nothing was said of what it adds
     std::string end_;
 };

@@ -119,6 +119,12 @@ TEST_CASE("render --pixel: mirrors, glass, a sky and lights without surface are 
     desk.write("scene.gltf", file);
     REQUIRE(desk.run(LAMBENT_RENDER, glass + "--pixel 4,4") == 0);
     CHECK_MESSAGE(desk.says("light      punctual light 0, "), desk.said());
+    desk.write("pane.mtl", "newmtl floor\nKd .5 .5 .5\nnewmtl pane\nillum 6\nNi 1\nTf .5 .6 .7\n");
+    desk.write("pane.obj", "mtllib pane.mtl\nv -9 0 9\nv 9 0 9\nv 9 0 -9\nv -9 0 -9\nv -9 1 9\nv 9 1 9\nv 9 1 -9\nv -9 1 -9\n"
+                           "usemtl floor\nf 1 2 3 4\nusemtl pane\nf 5 6 7 8\n");
+    REQUIRE(desk.run(LAMBENT_RENDER, "pane.obj --size 9x9 --sphere-light 0,3,0,0.5,50 --eye 0,0.5,2 --target 0,0,0 --spp 8 --pixel 4,4") == 0);
+    CHECK_MESSAGE(desk.says("which it is through panes: BSDF"), desk.said());
+    CHECK(min_component(checked_pixel(desk.said(), 8)) > 0);
     REQUIRE(desk.run(LAMBENT_RENDER, "builtin:cornell --size 9x9 --strategy light --env constant:1,1,1 --spp 64 --pixel 4,4") == 0);
     CHECK(desk.says("light      environment"));
     REQUIRE(desk.run(LAMBENT_RENDER, scene + "--sample-range 5:6 --pixel 20,8") == 0);

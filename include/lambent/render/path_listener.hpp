@@ -24,7 +24,7 @@ struct NoListener {
     /// It may arrive; `weight` is of multiple importance sampling, `path.shadow_radiance` what will be added.
     template <class T>
     static void aim(const auto& /*path*/, const BsdfValue<T>& /*scattered*/, T /*weight*/) {}
-    /// Whether something was in its way.
+    /// Whether something was in its way; of what `path.shadow_radiance` was, panes have taken their part.
     static void shadow(const auto& /*path*/, bool /*occluded*/) {}
     /// A direction was drawn, which may be none: its pdf is 0 then. `wi` is it in the scene's space.
     template <class T>
