@@ -81,8 +81,7 @@ TEST_CASE("standard material: directions are drawn by the pdf, lobe by lobe and 
             check("metal", metal(roughness), mirrored);
             check("plastic", plastic(roughness), mirrored);
             StandardPoint<double> coated = plastic(1);
-            coated.clearcoat = 1;
-            coated.clearcoat_roughness = roughness;
+            coated.clearcoat = 1, coated.clearcoat_roughness = roughness;
             check("coat", coated, mirrored);
             StandardPoint<double> cloth = plastic(roughness);
             cloth.sheen_color = Vec3d(0.8, 0.5, 0.2);
@@ -92,10 +91,12 @@ TEST_CASE("standard material: directions are drawn by the pdf, lobe by lobe and 
             check("sheet, reflected", glass(roughness, true, true), mirrored);
             check("sheet, transmitted", glass(roughness, true, true), -wo);
             for (const bool front : {true, false}) {
-                const double eta = front ? 1.5 : 1 / 1.5, sine2 = (1 - cosine * cosine) / (eta * eta);
-                check("glass, reflected", glass(roughness, false, front), mirrored);
-                check("glass, transmitted", glass(roughness, false, front),
-                      normalize(Vec3d(-wo.x / eta, -wo.y / eta, -std::sqrt(std::max(0.01, 1 - sine2)))));
+                const double eta = front ? 1.5 : 1 / 1.5, cosine2 = 1 - (1 - cosine * cosine) / (eta * eta);
+                const Vec3d refracted = normalize(Vec3d(-wo.x / eta, -wo.y / eta, -std::sqrt(std::max(0.01, cosine2))));
+                StandardPoint<double> p = glass(roughness, false, front);
+                check("glass, reflected", p, mirrored), check("glass, transmitted", p, refracted);
+                p.compensated = true;
+                check("it compensated, reflected", p, mirrored), check("it compensated, transmitted", p, refracted);
             }
         }
 }

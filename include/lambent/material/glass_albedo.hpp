@@ -13,17 +13,18 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 
 /// What a clear boundary of GGX facets of this roughness (√alpha) reflects and lets through, as energy, of all of what
-/// comes from a direction at this cosine, if light meets one facet only: x + s · y, where facets mirror s times what
+/// comes from a direction at this cosine, if light meets one facet only, where facets mirror `strength` times what
 /// Fresnel's equations say and let through the rest. `eta` is the index of the other side over that of this one, taken
 /// to be within [1/4, 4]. Within a percent, but for 5 % at grazing angles inside of glass that hardly refracts. Computed
 /// at the first call, which takes some fifty milliseconds; later ones interpolate.
-inline float glass_albedo(float cosine, float roughness, float eta, float strength) {
+inline Vec2f glass_albedo(float cosine, float roughness, float eta, float strength) {
     // By the amplitude that is mirrored at normal incidence, which treats both sides alike; denser where indices are all
     // but equal, since total reflection sets in there.
     constexpr int slices = 33;
     constexpr double most = 0.6;
-    static const std::vector<AlbedoTable<Vec2f, 12>> tables = [] {
-        std::vector<AlbedoTable<Vec2f, 12>> made;
+    // In the order: mirrored at full strength; let through by facets that mirror nothing; what they'd have mirrored of it.
+    static const std::vector<AlbedoTable<Vec3f, 12>> tables = [] {
+        std::vector<AlbedoTable<Vec3f, 12>> made;
         for (int k = 0; k < slices; ++k) {
             const double x = 2.0 * k / (slices - 1) - 1, amplitude = most * x * std::abs(x);
             const double index = (1 + amplitude) / (1 - amplitude);
@@ -36,7 +37,7 @@ inline float glass_albedo(float cosine, float roughness, float eta, float streng
                            Ggx<double>::visible_factor(wo, so);
                 };
                 constexpr int n = 144, step = 89; // as in ggx_albedo()
-                Vec2d sum(0);
+                Vec3d sum(0);
                 for (int i = 0; i < n; ++i) {
                     const Vec3d m = facets.sample_visible(wo, Vec2d((i * step % n + 0.5) / (2 * n), (i + 0.5) / n));
                     const double facing = std::min(1.0, dot(wo, m));
@@ -46,9 +47,9 @@ inline float glass_albedo(float cosine, float roughness, float eta, float streng
                     if (cos_other > 0)
                         if (const Vec3d wi = refracted(wo, m, facing, cos_other, index); wi.z < 0)
                             through = share(-wi.z, wi);
-                    sum += Vec2d(through, reflectance * (back - through)) / double(n);
+                    sum += Vec3d(reflectance * back, through, reflectance * through) / double(n);
                 }
-                return Vec2f(sum);
+                return Vec3f(sum);
             });
         }
         return made;
@@ -58,8 +59,8 @@ inline float glass_albedo(float cosine, float roughness, float eta, float streng
     const float place = (1 + x) * (float(slices - 1) / 2);
     const std::size_t k = std::size_t(std::min(int(place), slices - 2));
     const float t = place - float(k);
-    const Vec2f v = tables[k].at(cosine, roughness) * (1 - t) + tables[k + 1].at(cosine, roughness) * t;
-    return v.x + strength * v.y;
+    const Vec3f v = tables[k].at(cosine, roughness) * (1 - t) + tables[k + 1].at(cosine, roughness) * t;
+    return {strength * v.x, v.y - strength * v.z};
 }
 
 } // namespace LAMBENT_ABI

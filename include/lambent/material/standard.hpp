@@ -66,7 +66,8 @@ struct StandardPoint {
 /// The glTF 2.0 material: metal and dielectric mixed by `metallic`; the dielectric reflects by Fresnel, and scatters
 /// back or lets through what is left; sheen over that, a clear coat on top. As glTF's, facets scatter light once, so
 /// that rough white metals lose some, and white plastic gives back more than it gets at grazing angles, since Fresnel's
-/// share is taken off what is scattered by the half vector and not by the view: `compensated` mends both. Reciprocal
+/// share is taken off what is scattered by the half vector and not by the view: `compensated` mends both, and scatters
+/// evenly, to both sides, what the facets of a volume's boundary pass on to each other. Reciprocal
 /// but for the coat, whose share goes by the view, for compensation, and for refraction, which scales radiance. Lobes:
 /// diffuse, reflection, glass (both of its sides, chosen by Fresnel once the facet is known), sheen, coat; `sample`
 /// chooses one by how much it gives of wo; f and pdf are of their sum. Lobes of roughness below a hundredth (see
@@ -131,7 +132,9 @@ private:
         T stretched = 0, bounded = 0; ///< of the facets: Ggx::stretched, Ggx::bounded_factor
         T miss = 0;                   ///< compensation: light that the facets lose over what they reflect
         T left = 1;                   ///< compensation: what the dielectric's facets leave to be scattered
-        T glass_gain = 1;             ///< compensation: makes good for what glass' facets lose of both its sides
+        T glass_gain = 1;             ///< compensation: makes good for what a sheet's facets lose
+        T again = 0, again_mirrored = 0; ///< compensation: what a volume's facets pass on to each other, and so is
+                                         ///< scattered evenly; the share of that which comes back
         T coat_share = 0;
         T base = 1; ///< what coat and sheen let through to and from what is below, mirror-wise
         T sheen_albedo = 0, sheen_lambda = 0;
@@ -165,8 +168,11 @@ private:
                     glm::max(T(0), 1 - (b.f0_max_ * T(albedo.x) + p.specular * T(albedo.y)) * (1 + b.f0_max_ * miss));
                 if (b.glass_ > 0 && p.thin) // whose facets reflect and pass on alike
                     glass_gain += miss;
-                else if (b.glass_ > 0 && !b.sharp())
-                    glass_gain /= T(glass_albedo(float(wo.z), float(p.roughness), float(b.eta_), float(b.mirroring())));
+                else if (b.glass_ > 0 && !b.sharp()) {
+                    const Vec2f once = glass_albedo(float(wo.z), float(p.roughness), float(b.eta_), float(b.mirroring()));
+                    again = glm::max(T(0), 1 - T(once.x + once.y));
+                    again_mirrored = T(once.x / (once.x + once.y));
+                }
             }
             // Facets stand otherwise than their mean: rough ones are seen less grazingly.
             const T seen = b.smooth_ ? wo.z : wo.z + b.facets_.alpha * T(0.7) * (T(0.6) - wo.z);
@@ -254,10 +260,15 @@ private:
             if (glass_ > 0 && !sharp()) {
                 const Vec3<T> at = boundary(cosine);
                 reflectance += glass_ * view.glass_gain * at;
-                pdf += view.glass * mirrored_share(at) * Ggx<T>::visible_factor(wo, view.stretched) / 4;
+                pdf += view.glass * (1 - view.again) * mirrored_share(at) * Ggx<T>::visible_factor(wo, view.stretched) / 4;
             }
             v.f += reflectance * (d * Ggx<T>::visibility(wo.z, view.stretched, wi.z, facets_.stretched(wi)));
             v.pdf += d * pdf;
+            if (view.again > 0) {
+                const T again = view.again * view.again_mirrored * inv_pi<T>;
+                v.f += Vec3<T>(glass_ * again);
+                v.pdf += view.glass * again * wi.z;
+            }
         }
         if (sheen_max_ > 0) {
             const T over = 1 - view.coat_share;
@@ -277,6 +288,17 @@ private:
     }
 
     BsdfValue<T> transmit(const View& view, const Vec3<T>& wo, const Vec3<T>& wi) const {
+        BsdfValue<T> v = transmit_once(view, wo, wi);
+        if (view.again > 0) {
+            const T again = view.again * (1 - view.again_mirrored) * inv_pi<T>;
+            v.f += p_.base_color * (glass_ * again * through(view, -wi.z) / (eta_ * eta_));
+            v.pdf += view.glass * again * -wi.z;
+        }
+        return v;
+    }
+
+    /// By one facet.
+    BsdfValue<T> transmit_once(const View& view, const Vec3<T>& wo, const Vec3<T>& wi) const {
         // Along the facet that refracts wo to wi; sheets mirror, and turn the mirrored direction to the other side.
         Vec3<T> h = p_.thin ? wo + Vec3<T>(wi.x, wi.y, -wi.z) : wo + eta_ * wi;
         if (h.z < 0) h = -h;
@@ -296,7 +318,7 @@ private:
         const T visibility = Ggx<T>::visibility(wo.z, view.stretched, -wi.z, facets_.stretched(wi));
         return {.f = p_.base_color * (Vec3<T>(1) - at) *
                      (glass_ * view.glass_gain * d * visibility * bent * through(view, -wi.z)),
-                .pdf = view.glass * (1 - mirrored_share(at)) * d * o * jacobian *
+                .pdf = view.glass * (1 - view.again) * (1 - mirrored_share(at)) * d * o * jacobian *
                        Ggx<T>::visible_factor(wo, view.stretched)};
     }
 
@@ -315,6 +337,12 @@ private:
     }
 
     BsdfSample<T> sample_glass(const View& view, const Vec3<T>& wo, T pick, const Vec2<T>& u) const {
+        if (pick < view.again) {
+            const Vec3<T> wi = square_to_cosine_hemisphere(u);
+            if (pick < view.again * view.again_mirrored) return finish(view, wo, wi, 1, T(1));
+            return finish(view, wo, {wi.x, wi.y, -wi.z}, -1, eta_ * eta_);
+        }
+        pick = (pick - view.again) / (1 - view.again);
         const Vec3<T> m = sharp() ? Vec3<T>(0, 0, 1) : facets_.sample_visible(wo, u);
         const T o = glm::min(T(1), dot(wo, m));
         if (!(o > 0)) return {};
