@@ -10,7 +10,8 @@ inline namespace LAMBENT_ABI {
 
 /// A smooth function of a cosine and a roughness, both in [0, 1], tabulated at construction: even in the square root of
 /// the cosine, since albedos change fast at grazing angles; linear in between. For directional albedos; some KiB.
-/// V  what a value is: a number or a vector of float
+/// V     what a value is: a number or a vector of float
+/// side  points along each of the two
 template <class V, int side = 24>
 class AlbedoTable {
 public:
