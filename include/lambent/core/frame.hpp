@@ -13,7 +13,8 @@ struct Frame {
     Vec3<T> tangent, bitangent, normal;
 
     explicit Frame(const Vec3<T>& n) : normal(n) {
-        const T sign = std::copysign(T(1), n.z);
+        using std::copysign;
+        const T sign = copysign(T(1), n.z);
         const T a = T(-1) / (sign + n.z);
         const T b = n.x * n.y * a;
         tangent = {T(1) + sign * n.x * n.x * a, sign * b, -sign * n.x};

@@ -8,6 +8,7 @@
 #include <limits>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 /// Arithmetic whose rounding we rely on. All of it holds under -ffp-contract=fast and -ffast-math.
 namespace lambent {
@@ -160,6 +161,25 @@ inline T multiply_add(T a, T b, T c) {
     } else {
         return detail::opaque(detail::opaque(a * b) + c);
     }
+}
+
+namespace detail {
+template <class T> struct LaneOf {
+    using Type = T;
+};
+template <class T>
+    requires requires(const T& pack) { pack[0]; }
+struct LaneOf<T> {
+    using Type = std::remove_cvref_t<decltype(std::declval<const T&>()[0])>;
+};
+} // namespace detail
+/// What a number or each lane of a Pack is.
+template <class T> using ScalarOf = typename detail::LaneOf<T>::Type;
+
+/// The scalar case of choosing lane by lane, for what is written for numbers and Packs alike.
+template <std::floating_point T>
+constexpr T select(bool condition, T a, T b) {
+    return condition ? a : b;
 }
 
 /// Square root that takes the small negative values of rounding as 0.

@@ -2,26 +2,27 @@
 #include <lambent/core/config.hpp>
 #include <cmath>
 #include <concepts>
+#include <type_traits>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
 /// Both of one angle.
-template <std::floating_point T>
+template <class T>
 struct SineCosine {
     T sine, cosine;
 };
 
 /// Sine and cosine of an angle in [-π/4, π/4]. In float by polynomials, to 1.2e-7: a fifth of the time of the standard
-/// functions, which reduce any angle first.
+/// functions, which reduce any angle first. Of a Pack of floats, those of each lane.
 /// source  the polynomials of S. Moshier's Cephes library, sinf.c
-template <std::floating_point T>
+template <class T>
 inline SineCosine<T> sincos_of_octant(T angle) {
-    if constexpr (sizeof(T) == sizeof(float)) {
+    if constexpr (!std::is_same_v<T, double>) {
         const T z = angle * angle;
-        const T s = ((T(-1.9515295891e-4) * z + T(8.3321608736e-3)) * z + T(-1.6666654611e-1)) * z * angle + angle;
-        const T c = ((T(2.443315711809948e-5) * z + T(-1.388731625493765e-3)) * z + T(4.166664568298827e-2)) * z * z -
-                    z / 2 + 1;
+        const T s = ((T(-1.9515295891e-4f) * z + T(8.3321608736e-3f)) * z + T(-1.6666654611e-1f)) * z * angle + angle;
+        const T c = ((T(2.443315711809948e-5f) * z + T(-1.388731625493765e-3f)) * z + T(4.166664568298827e-2f)) * z * z -
+                    z * T(0.5f) + T(1.0f);
         return {s, c};
     } else {
         return {std::sin(angle), std::cos(angle)};

@@ -1,6 +1,7 @@
 #pragma once
 #include <lambent/core/numerics.hpp>
 #include <lambent/core/vec_lanes.hpp>
+#include <lambent/core/vec_packs.hpp>
 #include <lambent/light/light_bounds.hpp>
 #include <lambent/light/light_sample.hpp>
 #include <lambent/sampling/warp.hpp>
@@ -24,6 +25,28 @@ template <class T>
 inline T triangle_extent(Lanes3<T> first_edge, Lanes3<T> second_edge) {
     return largest(max(abs(first_edge), abs(second_edge)));
 }
+
+/// The same for several points.
+template <class T, int N>
+[[gnu::always_inline]] inline Vec3Pack<T, N> triangle_error(const Vec3Pack<T, N>& p0, const Vec3Pack<T, N>& p1,
+                                                            const Vec3Pack<T, N>& p2, Pack<T, N> extent) {
+    const Pack<T, N> share(gamma_bound<T>(7)), least = Pack<T, N>(gamma_bound<T>(4)) * extent;
+    const Vec3Pack<T, N> size = abs(p0) + abs(p1) + abs(p2);
+    return {multiply_add(size.x, share, least), multiply_add(size.y, share, least), multiply_add(size.z, share, least)};
+}
+template <class T, int N>
+[[gnu::always_inline]] inline Pack<T, N> triangle_extent(const Vec3Pack<T, N>& first_edge, const Vec3Pack<T, N>& second_edge) {
+    const Vec3Pack<T, N> a = abs(first_edge), b = abs(second_edge);
+    return max(max(max(a.x, b.x), max(a.y, b.y)), max(a.z, b.z));
+}
+
+/// Points of a TriangleLight as seen from several places: see LightSample.
+template <class T, int N>
+struct TrianglePoints {
+    Vec3Pack<T, N> wi, target, target_error;
+    Pack<T, N> pdf;
+    Mask<T, N> front; ///< where the front side is seen
+};
 
 /// A triangle that emits, or a parallelogram of which it is the half at one of its corners, sampled uniformly over its
 /// area. Radiance is the caller's to fill in: it may vary over a triangle, by the barycentrics that `sample` reports. Of
@@ -111,6 +134,25 @@ public:
         s.target_normal = normal_;
         front = dot(normal_, s.wi) < 0;
         s.pdf = pdf(distance2, s.wi);
+        return s;
+    }
+
+    /// sample() from several points at once; of what a LightSample has, that which is not the same for all.
+    template <int N>
+    TrianglePoints<T, N> sample(const Vec3Pack<T, N>& from, const Vec2Pack<T, N>& u) const {
+        using P = Pack<T, N>;
+        const Vec2Pack<T, N> b = outline_ == Outline::triangle ? square_to_triangle(u) : u;
+        const Vec3Pack<T, N> p0 = spread<T, N>(vertices_[0]) * (P(1) - b.x - b.y);
+        const Vec3Pack<T, N> p1 = spread<T, N>(vertices_[1]) * b.x, p2 = spread<T, N>(vertices_[2]) * b.y;
+        TrianglePoints<T, N> s;
+        s.target = p0 + p1 + p2;
+        s.target_error = triangle_error(p0, p1, p2, P(extent_));
+        const Vec3Pack<T, N> to_light = s.target - from;
+        const P distance2 = dot(to_light, to_light);
+        s.wi = to_light / sqrt(distance2);
+        const P cosine = dot(spread<T, N>(normal_), s.wi), seen = abs(cosine) * P(area_);
+        s.front = cosine < P(0);
+        s.pdf = select((seen > P(0)) & (distance2 > P(0)), distance2 / seen, P(0));
         return s;
     }
 

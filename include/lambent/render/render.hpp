@@ -5,6 +5,7 @@
 #include <lambent/film/region.hpp>
 #include <lambent/render/integrator.hpp>
 #include <lambent/render/pixel_filter.hpp>
+#include <lambent/render/packed_paths.hpp>
 #include <lambent/render/sample_batch.hpp>
 #include <lambent/sampling/sampler.hpp>
 #include <lambent/sampling/warp.hpp>
@@ -122,7 +123,7 @@ RenderResult render(Film<typename S::Scalar>& film, const S& scene, const Camera
                     if (options.active.absent() || options.active.load(x, y) != 0) pixels.emplace_back(x, y);
             if (pixels.empty()) continue;
             const std::uint64_t samples = options.end_sample - options.first_sample, traced = empty ? 1 : samples;
-            detail::SampleBatch<S, I, decltype(sampler.at(0, 0, 0))> batch(scene, integrator, pixels.size() * traced);
+            typename detail::BatchFor<S, I, decltype(sampler.at(0, 0, 0))>::Type batch(scene, integrator, pixels.size() * traced);
             auto at = pixels.begin();
             typename FilmPass<T>::Pixel pixel(pass, at->first, at->second);
             std::uint64_t taken = 0; // of its samples

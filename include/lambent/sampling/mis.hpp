@@ -1,5 +1,6 @@
 #pragma once
 #include <lambent/core/numerics.hpp>
+#include <lambent/core/simd.hpp>
 
 /// Weights for samples of one integral drawn by two strategies. pdf_a belongs to the strategy that made the
 /// sample, pdf_b is the other's for the same sample, both in the same measure and each times its number of
@@ -22,6 +23,15 @@ constexpr T heuristic(T pdf_a, T pdf_b, Power g) {
     const T r = g(pdf_a / pdf_b);
     return r / (1 + r);
 }
+/// The same lane by lane, of finite pdf_b.
+template <class T, int N, class Power>
+inline Pack<T, N> heuristic(Pack<T, N> pdf_a, Pack<T, N> pdf_b, Power g) {
+    using P = Pack<T, N>;
+    const auto a_is_larger = pdf_a >= pdf_b;
+    const P large = select(a_is_larger, pdf_a, pdf_b), small = select(a_is_larger, pdf_b, pdf_a);
+    const P r = g(select(small > P(0), small / large, P(0))), share = select(a_is_larger, P(1), r) / (P(1) + r);
+    return select(pdf_a > P(0), share, P(0));
+}
 } // namespace detail
 
 /// pdf_a / (pdf_a + pdf_b).
@@ -29,11 +39,19 @@ template <std::floating_point T>
 constexpr T balance_heuristic(T pdf_a, T pdf_b) {
     return detail::heuristic(pdf_a, pdf_b, [](T r) { return r; });
 }
+template <class T, int N>
+inline Pack<T, N> balance_heuristic(Pack<T, N> pdf_a, Pack<T, N> pdf_b) {
+    return detail::heuristic(pdf_a, pdf_b, [](Pack<T, N> r) { return r; });
+}
 
 /// pdf_a² / (pdf_a² + pdf_b²): less noise where one of the two is nearly perfect.
 template <std::floating_point T>
 constexpr T power_heuristic(T pdf_a, T pdf_b) {
     return detail::heuristic(pdf_a, pdf_b, [](T r) { return r * r; });
+}
+template <class T, int N>
+inline Pack<T, N> power_heuristic(Pack<T, N> pdf_a, Pack<T, N> pdf_b) {
+    return detail::heuristic(pdf_a, pdf_b, [](Pack<T, N> r) { return r * r; });
 }
 
 } // namespace LAMBENT_ABI

@@ -3,9 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <lambent/core/simd.hpp>
 #include <lambent/sampling/hash.hpp>
 #include <lambent/sampling/sampler.hpp>
 #include <lambent/sampling/sobol_order.hpp>
+#include <limits>
 #include <type_traits>
 
 namespace lambent {
@@ -165,6 +167,77 @@ public:
             return numbers;
         }
 
+        /// See StreamPack.
+        template <int N>
+        class Together {
+        public:
+            using Numbers = Pack<T, N>;
+
+            void set(int lane, const Stream& stream) {
+                keys_[std::size_t(lane)] = stream.key_;
+                index_[lane] = stream.index_;
+                place_[lane] = stream.place_;
+                one_tile_ = lane == 0 || (one_tile_ && stream.key_ == keys_[0]);
+            }
+            Numbers get_1d(std::uint32_t dimension) const {
+                const Drawn d(*this, dimension);
+                return unit(detail::owen_scramble_reversed(d.index ^ d.shift_x, d.low));
+            }
+            Vec2<Numbers> get_2d(std::uint32_t dimension) const {
+                const Drawn d(*this, dimension);
+                const Words second = detail::sobol_second_reversed(d.index);
+                return {unit(detail::owen_scramble_reversed(d.index ^ d.shift_x, d.low)),
+                        unit(detail::owen_scramble_reversed(second ^ d.shift_y, d.high))};
+            }
+
+        private:
+            using Words = typename detail::VectorOf<std::uint32_t, N>::Type;
+
+            /// What the two numbers of a dimension are made of.
+            struct Drawn {
+                Words low{}, high{}, index, shift_x{}, shift_y{};
+
+                Drawn(const Together& streams, std::uint32_t dimension) : index(streams.index_) {
+                    const std::uint32_t o = order(dimension), round = round_of(dimension);
+                    Words place{}, round_seeds{};
+                    const int tiles = streams.one_tile_ ? 1 : N; // neighbours' keys are the same, and need hashing once
+                    for (int i = 0; i < tiles; ++i) {
+                        const std::uint64_t key = derive_key(streams.keys_[std::size_t(i)], dimension);
+                        low[i] = std::uint32_t(key);
+                        high[i] = std::uint32_t(key >> 32);
+                        place[i] = detail::place_seed(key);
+                        round_seeds[i] = round_seed(streams.keys_[std::size_t(i)], round);
+                    }
+                    if (tiles == 1) {
+                        low = Words{} + low[0];
+                        high = Words{} + high[0];
+                        place = Words{} + place[0];
+                        round_seeds = Words{} + round_seeds[0];
+                    }
+                    if (round > 0) index = shuffled(index, round_seeds);
+                    const auto& masks = detail::sobol_order_masks;
+                    index = detail::apply_order(index, Words{} + masks[0][o], Words{} + masks[1][o], Words{} + masks[2][o],
+                                                Words{} + masks[3][o]);
+                    place = detail::owen_scramble_reversed(streams.place_, place) & 63u;
+                    for (int i = 0; i < N; ++i) {
+                        shift_x[i] = detail::tile_shifts[place[i]].x;
+                        shift_y[i] = detail::tile_shifts[place[i]].y;
+                    }
+                }
+            };
+
+            static Numbers unit(Words reversed) { // as to_unit()
+                static_assert(std::numeric_limits<T>::digits < 32);
+                const Words bits = detail::reverse_bits(reversed) >> (32 - std::numeric_limits<T>::digits);
+                return Numbers(__builtin_convertvector(bits, typename Numbers::Vector)) *
+                       Numbers(std::numeric_limits<T>::epsilon() / 2);
+            }
+
+            std::array<std::uint64_t, std::size_t(N)> keys_{};
+            Words index_{}, place_{};
+            bool one_tile_ = true;
+        };
+
     private:
         friend SobolSampler;
         Stream(std::uint64_t key, std::uint32_t index, std::uint32_t place)
@@ -183,10 +256,14 @@ public:
         /// Past the last order they begin again, with samples shuffled by chance: by Owen's scrambling of the index as a
         /// number, so aligned blocks of 2^k samples stay such blocks.
         std::uint32_t index_in_round(std::uint32_t dimension) const {
-            const std::uint32_t round = (dimension + 2) / detail::sobol_orders;
-            if (round == 0) return index_;
-            const auto seed = std::uint32_t(derive_key(~key_, round));
-            return detail::reverse_bits(detail::owen_scramble_reversed(detail::reverse_bits(index_), seed));
+            const std::uint32_t round = round_of(dimension);
+            return round == 0 ? index_ : shuffled(index_, round_seed(key_, round));
+        }
+        static std::uint32_t round_of(std::uint32_t dimension) { return (dimension + 2) / detail::sobol_orders; }
+        static std::uint32_t round_seed(std::uint64_t key, std::uint32_t round) { return std::uint32_t(derive_key(~key, round)); }
+        template <class W>
+        static W shuffled(W index, W seed) {
+            return detail::reverse_bits(detail::owen_scramble_reversed(detail::reverse_bits(index), seed));
         }
 
         /// Which pixel of the tile takes which share is shuffled per dimension as well, squares staying squares.

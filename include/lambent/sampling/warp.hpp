@@ -7,7 +7,8 @@
 
 /// Maps from the unit square to shapes, each beside its density. They keep areas, and neighbours
 /// neighbours, so that well-spread points stay so. u lies in [0, 1)²; the axis of every shape is +z;
-/// directions have unit length; densities are over solid angle, or over area for disk and triangle.
+/// directions have unit length; densities are over solid angle, or over area for disk and triangle. Disk, cosine-weighted
+/// hemisphere and triangle take Packs of floats as well.
 namespace lambent {
 inline namespace LAMBENT_ABI {
 
@@ -22,15 +23,16 @@ struct DiskPoint {
 /// source  Shirley, Chiu, "A low distortion map between disk and square", JGT 2:3 (1997)
 template <class T>
 inline DiskPoint<T> concentric_disk(const Vec2<T>& u) {
-    constexpr T half_step = std::numeric_limits<T>::epsilon() / 2; // u = 0 must not reach the rim either
-    const T a = T(2) * u.x - T(1) + half_step, b = T(2) * u.y - T(1) + half_step;
-    const bool a_is_larger = std::abs(a) > std::abs(b);
-    const T r = a_is_larger ? a : b;
-    if (r == 0) return {{0, 0}, 0};
-    const T angle = (pi<T> / 4) * ((a_is_larger ? b : a) / r);
+    using std::abs;
+    using S = ScalarOf<T>;
+    constexpr S half_step = std::numeric_limits<S>::epsilon() / 2; // u = 0 must not reach the rim either
+    const T a = T(S(2)) * u.x - T(S(1)) + T(half_step), b = T(S(2)) * u.y - T(S(1)) + T(half_step);
+    const auto a_is_larger = abs(a) > abs(b);
+    const T r = select(a_is_larger, a, b), other = select(a_is_larger, b, a);
+    const T angle = T(pi<S> / 4) * (other / select(r == T(S(0)), T(S(1)), r)); // 0 in the middle, where both are
     const SineCosine<T> turn = sincos_of_octant(angle);
     const T along = r * turn.cosine, across = r * turn.sine;
-    return {a_is_larger ? Vec2<T>(along, across) : Vec2<T>(across, along), std::abs(r)};
+    return {{select(a_is_larger, along, across), select(a_is_larger, across, along)}, abs(r)};
 }
 } // namespace detail
 
@@ -48,8 +50,10 @@ constexpr T disk_pdf() {
 /// Cosine-weighted on the hemisphere around +z. The density of what it returns is never 0.
 template <class T>
 inline Vec3<T> square_to_cosine_hemisphere(const Vec2<T>& u) {
+    using std::sqrt;
+    const T one(ScalarOf<T>(1));
     const detail::DiskPoint<T> d = detail::concentric_disk(u);
-    return {d.p.x, d.p.y, std::sqrt((1 - d.radius) * (1 + d.radius))};
+    return {d.p.x, d.p.y, sqrt((one - d.radius) * (one + d.radius))};
 }
 /// Density of square_to_cosine_hemisphere() by solid angle.
 template <class T>
@@ -110,7 +114,9 @@ inline T uniform_cone_pdf(T sin2_theta_max) {
 /// source  Heitz, "A low-distortion map between triangle and square" (2019)
 template <class T>
 constexpr Vec2<T> square_to_triangle(const Vec2<T>& u) {
-    return u.y > u.x ? Vec2<T>(u.x / 2, u.y - u.x / 2) : Vec2<T>(u.x - u.y / 2, u.y / 2);
+    const auto upper = u.y > u.x;
+    const T half(ScalarOf<T>(0.5)), x = u.x * half, y = u.y * half;
+    return {select(upper, x, u.x - y), select(upper, u.y - x, y)};
 }
 /// Density of square_to_triangle() by area.
 template <class T>

@@ -232,6 +232,8 @@ public:
         return lights_.template sample<features>(from, normal, u, companion);
     }
 
+    const SceneLights<T>& lights() const { return lights_; }
+
     /// Density per solid angle with which sample_light() beside BSDF samples, at the ray's origin on a surface of
     /// this normal, draws the ray's direction to the light that it hit; 0 where that is none. The direction is of unit
     /// length.

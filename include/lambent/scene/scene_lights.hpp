@@ -93,6 +93,17 @@ public:
         return share > 0 ? share * environment_.pdf(direction, Companion::bsdf) : T(0);
     }
 
+    /// Calls f(light, radiance, double_sided) if all light samples are of one triangle that shines evenly, and says whether.
+    template <class F>
+    bool with_only_triangle(Companion companion, F&& f) const {
+        const Shares& shares = shares_[std::size_t(companion)];
+        if (lights_.size() != 1 || lights_[0].kind != Kind::triangle || shares.environment > 0 || shares.distant > 0) return false;
+        const Triangle& t = triangles_[0];
+        if (t.varies) return false;
+        f(t.shape, t.radiance, t.double_sided);
+        return true;
+    }
+
 private:
     enum class Kind : std::uint8_t { triangle, sphere, punctual };
     struct LightRef {

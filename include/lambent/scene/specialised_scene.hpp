@@ -31,6 +31,7 @@ public:
     SpecialisedScene(PreparedScene<T>&&) = delete;
 
     const Scene<T>& scene() const { return scene_.scene(); }
+    const SceneLights<T>& lights() const { return scene_.lights(); }
     bool has_lights(Companion companion) const { return scene_.has_lights(companion); }
     bool has_panes() const
         requires(features.specular)

@@ -3,6 +3,7 @@
 #include <lambent/core/ray.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/core/vec_lanes.hpp>
+#include <lambent/core/vec_packs.hpp>
 #include <lambent/material/standard.hpp>
 #include <cstdint>
 #include <limits>
@@ -41,6 +42,20 @@ inline Vec3<T> leave_surface(const Vec3<T>& position, const Vec3<T>& error, cons
     // Farther by |p| · epsilon, which is one or two units in the last place: without branches, unlike next_up().
     const Lanes3<T> farther = moved + copysign(moved * Lanes3<T>(std::numeric_limits<T>::epsilon()), offset);
     return to_vec(select(offset == Lanes3<T>(T(0)), moved, farther));
+}
+
+/// The same for several points.
+template <class T, int N>
+[[gnu::always_inline]] inline Vec3Pack<T, N> leave_surface(const Vec3Pack<T, N>& p, const Vec3Pack<T, N>& error,
+                                                           const Vec3Pack<T, N>& n, const Vec3Pack<T, N>& direction) {
+    using P = Pack<T, N>;
+    const P distance = dot(abs(n), error), along = copysign(distance, dot(direction, n));
+    const auto move = [along](P at, P normal) {
+        const P offset = along * normal, moved = at + offset;
+        const P farther = moved + copysign(moved * P(std::numeric_limits<T>::epsilon()), offset);
+        return select(offset == P(0), moved, farther);
+    };
+    return {move(p.x, n.x), move(p.y, n.y), move(p.z, n.z)};
 }
 
 /// How a ray may leave a surface: from its position; from where its lift leads; or not at all.
