@@ -51,6 +51,7 @@
 #include <lambent/core/sincos.hpp>
 #include <lambent/core/vec.hpp>
 #include <lambent/core/vec_lanes.hpp>
+#include <lambent/core/vec_packs.hpp>
 #include <lambent/denoise/atrous.hpp>
 #include <lambent/denoise/between_blocks.hpp>
 #include <lambent/denoise/bilateral_lines.hpp>
@@ -126,6 +127,7 @@
 #include <lambent/render/direct.hpp>
 #include <lambent/render/first_hit.hpp>
 #include <lambent/render/integrator.hpp>
+#include <lambent/render/packed_paths.hpp>
 #include <lambent/render/panes.hpp>
 #include <lambent/render/path.hpp>
 #include <lambent/render/path_listener.hpp>
@@ -142,6 +144,7 @@
 #include <lambent/sampling/sobol.hpp>
 #include <lambent/sampling/sobol_order.hpp>
 #include <lambent/sampling/stratified.hpp>
+#include <lambent/sampling/stream_pack.hpp>
 #include <lambent/sampling/warp.hpp>
 #include <lambent/scene/attributes.hpp>
 #include <lambent/scene/builtin.hpp>
@@ -150,6 +153,7 @@
 #include <lambent/scene/fingerprint.hpp>
 #include <lambent/scene/material.hpp>
 #include <lambent/scene/missing.hpp>
+#include <lambent/scene/plain_surface.hpp>
 #include <lambent/scene/prepared_scene.hpp>
 #include <lambent/scene/render_scene.hpp>
 #include <lambent/scene/scene.hpp>

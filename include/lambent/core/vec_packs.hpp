@@ -24,6 +24,11 @@ template <class T, int N>
 [[gnu::always_inline]] inline Pack<T, N> dot(const Vec3Pack<T, N>& a, const Vec3Pack<T, N>& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
+/// Summed in the order of vec_lanes.hpp, for the same bits: (x + z) + y.
+template <class T, int N>
+[[gnu::always_inline]] inline Pack<T, N> dot_xzy(const Vec3Pack<T, N>& a, const Vec3Pack<T, N>& b) {
+    return a.x * b.x + a.z * b.z + a.y * b.y;
+}
 template <class T, int N>
 [[gnu::always_inline]] inline Vec3Pack<T, N> abs(const Vec3Pack<T, N>& a) {
     return {abs(a.x), abs(a.y), abs(a.z)};

@@ -148,7 +148,7 @@ public:
         s.target = p0 + p1 + p2;
         s.target_error = triangle_error(p0, p1, p2, P(extent_));
         const Vec3Pack<T, N> to_light = s.target - from;
-        const P distance2 = dot(to_light, to_light);
+        const P distance2 = dot_xzy(to_light, to_light);
         s.wi = to_light / sqrt(distance2);
         const P cosine = dot(spread<T, N>(normal_), s.wi), seen = abs(cosine) * P(area_);
         s.front = cosine < P(0);

@@ -204,22 +204,22 @@ private:
         StreamPack<Stream, N> numbers;
         for (std::size_t lane = 0; lane < group.size; ++lane) numbers.set(int(lane), streams_[group.sample[lane]]);
         const std::uint32_t first = dimensions::first_vertex + dimensions::per_vertex * depth_;
-        const V onward = group.throughput.load() * albedo;
+        V throughput = group.throughput.load();
         if constexpr (strategy != PathStrategy::bsdf)
             if (scene_.has_lights(companion))
-                aim_at_lights(group, surface, onward, numbers.get_2d(first + dimensions::light), reflecting, counts);
+                aim_at_lights(group, surface, albedo, throughput, numbers.get_2d(first + dimensions::light), reflecting, counts);
 
         const V local = square_to_cosine_hemisphere(numbers.get_2d(first + dimensions::direction));
         const V wi = normalize(Frame<P>(surface.shading_normal).to_world(local));
-        const P strength = max_component(onward);
-        V throughput = onward;
-        Lanes alive = reflecting & bits((strength > P(T(0))) & (local.z > P(T(0))));
+        const Exits exits = ways_out(surface, wi, local.z, reflecting & bits(local.z > P(T(0))), counts);
+        throughput *= albedo;
+        const P strength = max_component(throughput);
+        Lanes alive = exits.open & bits(strength > P(T(0)));
         if (depth_ + 1 >= options_.roulette_depth) {
             const P survival = min(max(strength / P(T(options_.roulette_strength)), P(T(0.05))), P(T(0.99)));
             alive &= bits(numbers.get_1d(first + dimensions::roulette) < survival);
-            throughput = onward / survival;
+            throughput = throughput / survival;
         }
-        const Exits exits = ways_out(surface, wi, local.z, alive, counts);
         Vec3Column<T, N> origins, directions, throughputs, normals;
         Column pdfs;
         origins.store(leave_by(exits, surface, wi));
@@ -227,7 +227,7 @@ private:
         throughputs.store(throughput);
         normals.store(surface.shading_normal);
         (local.z * P(inv_pi<T>)).store(pdfs.data());
-        for_each_lane(exits.open, [&](std::size_t lane) {
+        for_each_lane(alive, [&](std::size_t lane) {
             rays_[going_on_] = {.origin = origins[lane], .direction = directions[lane]};
             paths_[going_on_++] = {throughputs[lane], pdfs[lane], normals[lane], group.sample[lane]};
         });
@@ -279,13 +279,12 @@ private:
         return select(P::load(lifted.data()) > P(T(0)), surface.position + surface.lift, start);
     }
 
-    /// `onward`: throughput times albedo.
-    void aim_at_lights(const Group& group, const PlainSurfaces<T, N>& surface, const V& onward, const Vec2Pack<T, N>& u,
-                       Lanes wanted, RayCounts& counts) {
+    void aim_at_lights(const Group& group, const PlainSurfaces<T, N>& surface, const V& albedo, const V& throughput,
+                       const Vec2Pack<T, N>& u, Lanes wanted, RayCounts& counts) {
         const LightSamples light = sample_lights(surface, u, wanted);
-        const P zero(T(0)), cosine = dot(surface.shading_normal, light.wi), pdf = max(cosine, zero) * P(inv_pi<T>);
-        V radiance = onward * light.radiance * (pdf / light.pdf);
-        const Lanes lit = wanted & bits((light.pdf > zero) & (max_component(radiance) > zero));
+        const P zero(T(0)), cosine = dot(light.wi, surface.shading_normal), pdf = cosine * P(inv_pi<T>);
+        const V value = albedo * P(inv_pi<T>) * cosine * light.radiance * throughput;
+        const Lanes lit = wanted & bits((light.pdf > zero) & (cosine > zero) & (max_component(value) > zero));
         const Exits exits = ways_out(surface, light.wi, cosine, lit, counts);
         counts.saved += std::uint64_t(std::popcount(wanted & ~exits.open));
         if (exits.open == 0) return;
@@ -305,7 +304,7 @@ private:
         }
         origins.store(origin);
         directions.store(direction);
-        radiances.store(radiance * weight);
+        radiances.store(value * (weight / light.pdf));
         for_each_lane(exits.open, [&](std::size_t lane) {
             const bool far = (light.infinite >> lane & 1u) != 0;
             const T t_max = far ? std::numeric_limits<T>::infinity() : 1 - 4 * std::numeric_limits<T>::epsilon();

@@ -61,11 +61,11 @@ private:
     static V unit_normal(const V& first_edge, const V& second_edge, P extent) {
         const P zero(0), tiny(T(1e-24)), huge(T(1e24));
         V n = robust_cross(first_edge, second_edge);
-        P size2 = dot(n, n);
+        P size2 = dot_xzy(n, n);
         const auto in_range = (size2 > tiny) & (size2 < huge); // else squares could under- or overflow
         if (!all(in_range)) {
             n = select(in_range, n, robust_cross(first_edge / extent, second_edge / extent));
-            size2 = dot(n, n);
+            size2 = dot_xzy(n, n);
         }
         return select(size2 > zero, n / sqrt(size2), V(zero, zero, P(1)));
     }

@@ -49,7 +49,7 @@ template <class T, int N>
 [[gnu::always_inline]] inline Vec3Pack<T, N> leave_surface(const Vec3Pack<T, N>& p, const Vec3Pack<T, N>& error,
                                                            const Vec3Pack<T, N>& n, const Vec3Pack<T, N>& direction) {
     using P = Pack<T, N>;
-    const P distance = dot(abs(n), error), along = copysign(distance, dot(direction, n));
+    const P distance = dot_xzy(abs(n), error), along = select(dot_xzy(direction, n) < P(T(0)), -distance, distance);
     const auto move = [along](P at, P normal) {
         const P offset = along * normal, moved = at + offset;
         const P farther = moved + copysign(moved * P(std::numeric_limits<T>::epsilon()), offset);
