@@ -190,8 +190,8 @@ public:
         all &= compare(
             s.name, "standard material", plain, [&] { return trace(Everything<Feature::bsdf>{scene}, few); }, 0.02);
         all &= compare(s.name, "background", plain, [&] { return trace_by(EverySample{}, scene, few); });
-        if (no_feature.hold(features_of(s.scene))) {
-            const SpecialisedScene<float, no_feature> special(scene);
+        if (plain_features.hold(features_of(s.scene))) {
+            const SpecialisedScene<float, plain_features> special(scene);
             all &= compare(s.name, "general code", [&] { return trace(special, few); }, plain);
             if (s.scene.normals.empty())
                 all &= compare(s.name, "all but by hand", [&] { return trace(HandCut{scene}, few); },

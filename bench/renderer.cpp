@@ -11,7 +11,7 @@ std::unique_ptr<PreparedScene<float>> prepare(const Scene<float>& scene, ThreadE
 
 void trace_paths(Film<float>& film, const PreparedScene<float>& scene, const Camera& camera, std::uint32_t seed,
                  const RenderOptions& options, ThreadExecutor& threads) {
-    with_specialised<no_feature>(scene, [&](const auto& specialised) { // as the program does
+    with_specialised<plain_features>(scene, [&](const auto& specialised) { // as the program does
         render(film, specialised, camera, PathIntegrator<>{}, SobolSampler<float>(seed), options, threads,
                [] { return true; });
     });
@@ -20,7 +20,7 @@ void trace_paths(Film<float>& film, const PreparedScene<float>& scene, const Cam
 PixelData<float> trace_paths(const PreparedScene<float>& scene, const Camera& camera, std::uint32_t seed,
                              const RenderOptions& options, ThreadExecutor& threads) {
     PixelData<float> frame;
-    with_specialised<no_feature>(scene, [&](const auto& specialised) {
+    with_specialised<plain_features>(scene, [&](const auto& specialised) {
         frame = render(specialised, camera, PathIntegrator<>{}, SobolSampler<float>(seed), options, threads);
     });
     return frame;

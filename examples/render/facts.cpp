@@ -46,7 +46,7 @@ std::vector<std::string> facts_of(const Scene<float>& scene) {
 
 bool is_specialised(const Options& o, const Scene<float>& scene) {
     return o.integrator == IntegratorKind::path && o.strategy == PathStrategy::both && o.mis == MisHeuristic::power &&
-           no_feature.hold(features_of(scene));
+           plain_features.hold(features_of(scene));
 }
 
 std::vector<std::string> skipped_by(const Options& o, const Scene<float>& scene) {

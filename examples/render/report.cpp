@@ -30,7 +30,7 @@ const std::map<std::string, std::string>& reasons() {
         {"normal_maps", "no material has one"},
         {"standard_bsdf", "all materials are diffuse: vertices are Lambert's"},
         {"alpha", "no material is masked or blended: rays ask no surface whether it is there"},
-        {"general_code", "the scene is plain: its loop has no code for textures, alpha, spheres, other materials"},
+        {"general_code", "the scene is plain: paths go side by side in registers, without code for textures, alpha, spheres, other materials"},
         {"light_sampling", "there is nothing to aim at, or it was not asked for: no shadow rays"},
         {"mis", "light is looked for in one way: no second density"}};
     return all;

@@ -48,7 +48,7 @@ lambent::RenderResult trace_with(const S& sampler, lambent::Film<float>& film, c
         };
         // The default one has code of its own for plain scenes; see is_specialised().
         if constexpr (std::same_as<decltype(integrator), const lambent::PathIntegrator<>&>)
-            return lambent::with_specialised<lambent::no_feature>(scene, trace);
+            return lambent::with_specialised<lambent::plain_features>(scene, trace);
         else return trace(scene);
     });
 }

@@ -2,13 +2,18 @@
 #include <lambent/io/environment.hpp>
 #include <lambent/io/exr.hpp>
 #include <lambent/io/scene_file.hpp>
+#include <lambent/render/path.hpp>
+#include <lambent/render/render.hpp>
 #include <lambent/sampling/independent.hpp>
+#include <lambent/sampling/sobol.hpp>
 #include <lambent/scene/missing.hpp>
+#include <lambent/scene/specialised_scene.hpp>
 #include <render/transport.hpp>
 #include <support/skip.hpp>
 #include <doctest/doctest.h>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace lambent_test;
@@ -105,6 +110,31 @@ TEST_CASE("mean of reference/atrium under its sunny sky within 0.5 % of the conv
 TEST_CASE("mean of reference/many_lights within 1 % of the converged image") { // 0.5 % would take 200 samples a pixel
     if (missing("reference/many_lights.glb")) return;
     check_means("many_lights", "", 64, 0.01, 0.1);
+}
+
+TEST_CASE("plain reference scenes: packed paths make the image of paths one by one, but for rounding") {
+    for (const auto& [name, environment] : {std::pair{"cornell", ""}, {"atrium", "sky_sun.exr"}, {"many_lights", ""}}) {
+        if (missing(std::string("reference/") + name + ".glb")) return;
+        CAPTURE(name);
+        const Scene<float> scene = reference_scene(name, environment);
+        SerialExecutor serial;
+        const PreparedScene<float> prepared(scene, serial);
+        const SpecialisedScene<float, plain_features> plain(prepared);
+        const RenderOptions options{.width = 96, .height = 96, .end_sample = 8};
+        const auto of = [&](const auto& seen) {
+            return render(seen, scene.cameras.at(0), PathIntegrator<>{}, SobolSampler<float>(3), options, serial).radiance;
+        };
+        const Plane<float, 3> packed = of(plain), alone = of(prepared);
+        int different = 0;
+        for (int y = 0; y < 96; ++y)
+            for (int x = 0; x < 96; ++x) {
+                const Vec3f a = packed.load(x, y), b = alone.load(x, y);
+                different += max_component(abs(a - b)) > 1e-4f * (max_component(b) + 0.01f);
+            }
+        CHECK(different < 20); // of 9216: where rounding sends a path another way
+        const Vec3d a = mean(packed), b = mean(alone);
+        CHECK(length(a - b) < 1e-3 * length(b));
+    }
 }
 
 TEST_CASE("G5: reference/furnace_convex: albedo 0.5 under a white sky, sphere and background") {

@@ -1,6 +1,6 @@
 // Paths of plain scenes in the lanes of registers give the pixels of paths one by one. Compiled where compilers may not
 // fuse products as they like, so to the bit.
-#include "same_bits.hpp"
+#include "one_by_one.hpp"
 #include "support/random.hpp"
 #include "transport.hpp"
 #include <doctest/doctest.h>
@@ -13,50 +13,23 @@
 #include <lambent/sampling/stratified.hpp>
 #include <lambent/scene/builtin.hpp>
 #include <lambent/scene/specialised_scene.hpp>
-#include <type_traits>
 #include <vector>
 
 using namespace lambent;
+using lambent_test::OneByOne;
+using lambent_test::pass_of;
 using lambent_test::Random;
-using lambent_test::same_bits;
+using lambent_test::same;
 
 namespace {
 
 using Plain = SpecialisedScene<float, plain_features>;
 
-/// The integrator, disguised, so that its samples are taken one by one.
-template <class I>
-struct OneByOne {
-    I integrator;
-    static constexpr bool miss_is_background = true;
-    template <class S, class Stream>
-    PixelSample<float> sample(const S& scene, const Ray<float>& ray, const Stream& stream, RayCounts& counts) const {
-        return integrator.sample(scene, ray, stream, counts);
-    }
-};
-
-struct Pass {
-    Film<float> film;
-    RayCounts rays;
-};
-
-template <class I, class P>
-Pass pass_of(const Plain& scene, const Camera& camera, const I& integrator, const P& sampler, const RenderOptions& options) {
-    Pass pass;
-    ThreadExecutor threads(2);
-    pass.rays = render(pass.film, scene, camera, integrator, sampler, options, threads, [] { return true; }).rays;
-    return pass;
-}
-
 template <class I, class P>
 void check_same(const Plain& scene, const Camera& camera, const I& integrator, const P& sampler, const RenderOptions& options) {
-    const Pass packed = pass_of(scene, camera, integrator, sampler, options);
-    const Pass alone = pass_of(scene, camera, OneByOne<I>{integrator}, sampler, options);
+    const auto packed = pass_of(scene, camera, integrator, sampler, options);
     CHECK(packed.rays.closest > 10000);
-    CHECK(packed.rays.closest == alone.rays.closest);
-    CHECK(packed.rays.shadow == alone.rays.shadow);
-    CHECK(packed.rays.saved == alone.rays.saved);
-    CHECK(same_bits(packed.film, alone.film));
+    CHECK(same(packed, pass_of(scene, camera, OneByOne{integrator}, sampler, options)));
 }
 
 Scene<float> bare_cornell() {

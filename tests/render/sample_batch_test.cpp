@@ -1,5 +1,5 @@
 // Rays that are traced together give the pixels that rays traced one by one give.
-#include "same_bits.hpp"
+#include "one_by_one.hpp"
 #include "support/random.hpp"
 #include <doctest/doctest.h>
 #include <lambent/core/parallel.hpp>
@@ -15,21 +15,11 @@
 
 using namespace lambent;
 using lambent_test::Random;
-using lambent_test::same_bits;
+using lambent_test::OneByOne;
+using lambent_test::pass_of;
+using lambent_test::same;
 
 namespace {
-
-/// An integrator whose paths nobody else can drive, and that stands by what it makes of a miss.
-template <class I>
-struct OneByOne {
-    I integrator;
-    static constexpr bool miss_is_background = true;
-    template <class S, class Stream>
-    PixelSample<typename S::Scalar> sample(const S& scene, const Ray<typename S::Scalar>& ray, const Stream& stream,
-                                           RayCounts& counts) const {
-        return integrator.sample(scene, ray, stream, counts);
-    }
-};
 
 /// The Cornell box under a sky, with shreds in it: each at least twice in the same place, some more often than a leaf has
 /// room for, of several materials: also such as let some rays pass, by chance or all.
@@ -72,24 +62,6 @@ Scene<float> shreds(std::size_t count) {
     return scene;
 }
 
-struct Pass {
-    Film<float> film;
-    RayCounts rays;
-};
-
-template <class S, class I>
-Pass pass_of(const S& scene, const Camera& camera, const I& integrator, const RenderOptions& options) {
-    Pass pass;
-    ThreadExecutor threads(2);
-    pass.rays = render(pass.film, scene, camera, integrator, SobolSampler<float>(5), options, threads, [] { return true; }).rays;
-    return pass;
-}
-
-bool same(const Pass& a, const Pass& b) {
-    return same_bits(a.film, b.film) && a.rays.closest == b.rays.closest && a.rays.shadow == b.rays.shadow &&
-           a.rays.saved == b.rays.saved;
-}
-
 } // namespace
 
 TEST_CASE("paths side by side: the bits and the rays of paths one after the other, whatever the scene has in it") {
@@ -99,11 +71,13 @@ TEST_CASE("paths side by side: the bits and the rays of paths one after the othe
         const PreparedScene<float> prepared(scene, threads);
         RenderOptions options{.width = 37, .height = 29, .first_sample = 3, .end_sample = 8, .planes = FilmPlanes::statistics};
         const auto check = [&](const auto& integrator) {
-            const Pass together = pass_of(prepared, scene.cameras[0], integrator, options);
+            const auto pass = [&](const auto& seen, const auto& by) {
+                return pass_of(seen, scene.cameras[0], by, SobolSampler<float>(5), options);
+            };
+            const auto together = pass(prepared, integrator);
             CHECK(together.rays.shadow > 1000);
-            const OneByOne<std::remove_cvref_t<decltype(integrator)>> hidden{integrator};
-            CHECK(same(together, pass_of(prepared, scene.cameras[0], hidden, options)));
-            CHECK(same(together, pass_of(CountingScene<float>(prepared), scene.cameras[0], integrator, options)));
+            CHECK(same(together, pass(prepared, OneByOne{integrator})));
+            CHECK(same(together, pass(CountingScene<float>(prepared), integrator)));
         };
         check(PathIntegrator<>{});
         check(PathIntegrator<PathStrategy::light>{{.max_depth = 3, .roulette_depth = 1}});

@@ -65,3 +65,20 @@ TEST_CASE("mis: known values; NaN weighs nothing") {
     CHECK(balance_heuristic(1.0f, NAN) == 1.0f);
 #endif
 }
+
+TEST_CASE("mis: lanes weigh as numbers do") {
+    Random random(202);
+    using P = Pack<float, 4>;
+    for (int i = 0; i < 10000; ++i) {
+        P a(0.0f), b(0.0f);
+        for (int lane = 0; lane < 4; ++lane) {
+            a.set(lane, random.below(8) == 0 ? 0.0f : float(std::exp(random.uniform(-60, 60))));
+            b.set(lane, random.below(8) == 0 ? 0.0f : float(std::exp(random.uniform(-60, 60))));
+        }
+        const P power = power_heuristic(a, b), balance = balance_heuristic(a, b);
+        for (int lane = 0; lane < 4; ++lane) {
+            REQUIRE(std::abs(power[lane] - power_heuristic(a[lane], b[lane])) <= std::numeric_limits<float>::epsilon());
+            REQUIRE(std::abs(balance[lane] - balance_heuristic(a[lane], b[lane])) <= std::numeric_limits<float>::epsilon());
+        }
+    }
+}

@@ -1,6 +1,7 @@
 #include "support/random.hpp"
 #include <doctest/doctest.h>
 #include <lambent/core/frame.hpp>
+#include <lambent/core/simd.hpp>
 #include <lambent/sampling/hash.hpp>
 #include <lambent/sampling/warp.hpp>
 #include <string>
@@ -190,5 +191,27 @@ TEST_CASE("warps: cones down to a hair keep their density and their spread") {
         }
         CHECK(std::abs(share.z(0.5)) < max_z);
         CHECK(share.variance() == doctest::Approx(1.0 / 12).epsilon(0.02));
+    }
+}
+
+TEST_CASE("warps: lanes go where numbers go") {
+    constexpr int width = 4;
+    using P = Pack<float, width>;
+    Random random(41);
+    for (int i = 0; i < 10000; ++i) {
+        Vec2<P> u(P(0.5f), P(0.5f)); // the middle of the square, its diagonal, and elsewhere
+        for (int lane = i % 2; lane < width; ++lane) {
+            u.x.set(lane, random.uniform_float());
+            u.y.set(lane, lane == 1 ? u.x[lane] : random.uniform_float());
+        }
+        const Vec3<P> directions = square_to_cosine_hemisphere(u);
+        const Vec2<P> triangle = square_to_triangle(u), disk = square_to_disk(u);
+        for (int lane = 0; lane < width; ++lane) {
+            const Vec2f at(u.x[lane], u.y[lane]);
+            const Vec3f direction(directions.x[lane], directions.y[lane], directions.z[lane]);
+            REQUIRE(length(direction - square_to_cosine_hemisphere(at)) <= 5e-7f);
+            REQUIRE(length(Vec2f(disk.x[lane], disk.y[lane]) - square_to_disk(at)) <= 5e-7f);
+            REQUIRE(Vec2f(triangle.x[lane], triangle.y[lane]) == square_to_triangle(at));
+        }
     }
 }

@@ -281,7 +281,8 @@ private:
 
     void aim_at_lights(const Group& group, const PlainSurfaces<T, N>& surface, const V& albedo, const V& throughput,
                        const Vec2Pack<T, N>& u, Lanes wanted, RayCounts& counts) {
-        const LightSamples light = sample_lights(surface, u, wanted);
+        LightSamples light;
+        if (!sample_triangle(light, surface, u)) sample_lights(light, surface, u, wanted);
         const P zero(T(0)), cosine = dot(light.wi, surface.shading_normal), pdf = cosine * P(inv_pi<T>);
         const V value = albedo * P(inv_pi<T>) * cosine * light.radiance * throughput;
         const Lanes lit = wanted & bits((light.pdf > zero) & (cosine > zero) & (max_component(value) > zero));
@@ -313,18 +314,20 @@ private:
         });
     }
 
-    LightSamples sample_lights(const PlainSurfaces<T, N>& surface, const Vec2Pack<T, N>& u, Lanes wanted) const {
-        LightSamples lights{};
-        if (scene_.lights().with_only_triangle(companion, [&](const TriangleLight<T>& light, const Vec3<T>& radiance, bool both) {
-                const TrianglePoints<T, N> s = light.sample(surface.position, u);
-                lights.wi = s.wi;
-                lights.radiance = spread<T, N>(radiance);
-                lights.target = s.target;
-                lights.target_error = s.target_error;
-                lights.target_normal = spread<T, N>(light.normal());
-                lights.pdf = both ? s.pdf : select(s.front, s.pdf, P(T(0)));
-            }))
-            return lights;
+    /// Where one light is all there is; says whether.
+    bool sample_triangle(LightSamples& lights, const PlainSurfaces<T, N>& surface, const Vec2Pack<T, N>& u) const {
+        return scene_.lights().with_only_triangle(companion, [&](const TriangleLight<T>& light, const Vec3<T>& radiance, bool both) {
+            const TrianglePoints<T, N> s = light.sample(surface.position, u);
+            lights.wi = s.wi;
+            lights.radiance = spread<T, N>(radiance);
+            lights.target = s.target;
+            lights.target_error = s.target_error;
+            lights.target_normal = spread<T, N>(light.normal());
+            lights.pdf = both ? s.pdf : select(s.front, s.pdf, P(T(0)));
+        });
+    }
+
+    void sample_lights(LightSamples& lights, const PlainSurfaces<T, N>& surface, const Vec2Pack<T, N>& u, Lanes wanted) const {
         Vec3Column<T, N> from, normal, wi{}, radiance{}, target{}, target_error{}, target_normal{};
         Column x, y, pdf{};
         from.store(surface.position);
@@ -348,7 +351,6 @@ private:
         lights.target_error = target_error.load();
         lights.target_normal = target_normal.load();
         lights.pdf = P::load(pdf.data());
-        return lights;
     }
 
     void trace_shadow_rays(RayCounts& counts) {
