@@ -39,7 +39,7 @@ inline constexpr SceneFeatures every_feature{};
 /// None: opaque triangles of Lambert's reflection, one colour each.
 inline constexpr SceneFeatures no_feature{false, false, false, false, false, false};
 
-/// None but back sides that cameras may not see: glTF's default, which costs little.
+/// None but back sides that cameras may not see, as glTF has them unless told otherwise: those cost nothing.
 inline constexpr SceneFeatures plain_features{false, false, false, false, false, true};
 
 /// Those of a scene's materials and arrays, used or not.

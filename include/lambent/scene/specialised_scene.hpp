@@ -12,8 +12,9 @@ inline namespace LAMBENT_ABI {
 
 /// A prepared scene as seen by code that is made for some features alone: what it lacks is not asked for, nor compiled.
 /// Pixels come out with the same bits where the compiler may not fuse products with sums as it likes (gcc and clang:
-/// -ffp-contract=off), and else to rounding: differences of up to 3e-5 were seen. Refers to the scene.
-///     const SpecialisedScene<float, no_feature> plain(prepared);
+/// -ffp-contract=off), and else to rounding: differences of up to 3e-5 were seen. Where `plain_features` are enough, paths
+/// take half the time (see detail::PackedPaths). Refers to the scene.
+///     const SpecialisedScene<float, plain_features> plain(prepared);
 ///     render(plain, camera, PathIntegrator<>{}, sampler, options, executor);
 template <class T, SceneFeatures features>
 class SpecialisedScene {
@@ -95,7 +96,7 @@ struct FirstFit<first, others...> {
 
 /// Calls f(scene) with the first of some specialisations that can do with a scene, else with the scene itself. Each takes
 /// the time to compile f once more.
-///     with_specialised<no_feature, SceneFeatures{.alpha = false, .specular = false}>(prepared, f)
+///     with_specialised<plain_features, SceneFeatures{.alpha = false, .specular = false}>(prepared, f)
 template <SceneFeatures... choices, class T, class F>
 decltype(auto) with_specialised(const PreparedScene<T>& scene, F&& f) {
     return detail::FirstFit<choices...>::call(features_of(scene.scene()), scene, f);
