@@ -9,6 +9,7 @@
 #include "peers/peer.hpp"
 #include "process.hpp"
 #include "renderer.hpp"
+#include "scene_files.hpp"
 #include "timing.hpp"
 #include <algorithm>
 #include <cmath>
@@ -18,9 +19,7 @@
 #include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/film/metrics.hpp>
-#include <lambent/io/environment.hpp>
 #include <lambent/io/film_file.hpp>
-#include <lambent/io/scene_file.hpp>
 #include <lambent/render/render.hpp>
 #include <lambent/scene/builtin.hpp>
 #include <map>
@@ -58,7 +57,7 @@ struct Subject {
 };
 
 Scene<float> furnished_room() {
-    Scene<float> scene = load_scene<float>((fs::path(LAMBENT_SHARED_DIR) / "scenes/hotel_room/hotel_room.glb").string());
+    Scene<float> scene = scene_of_file((fs::path(LAMBENT_SHARED_DIR) / "scenes/hotel_room/hotel_room.glb").string());
     add_lamp(scene, {{10032, 1900, -6128}, 600, 40});
     return scene;
 }
@@ -147,8 +146,8 @@ public:
 private:
     void load() {
         const fs::path folder = LAMBENT_SHARED_DIR;
-        scene_ = subject_.build != nullptr ? subject_.build() : load_scene<float>((folder / subject_.file).string());
-        if (*subject_.sky != '\0') scene_.environment = read_environment((folder / subject_.sky).string());
+        scene_ = subject_.build != nullptr ? subject_.build() : scene_of_file((folder / subject_.file).string());
+        if (*subject_.sky != '\0') scene_.environment = sky_of_file((folder / subject_.sky).string());
         camera_ = subject_.camera ? *subject_.camera : scene_.cameras.at(0);
         prepared_ = prepare(scene_, threads_);
     }

@@ -9,6 +9,7 @@
 #include "peers/peer.hpp"
 #include "process.hpp"
 #include "renderer.hpp"
+#include "scene_files.hpp"
 #include "timing.hpp"
 #include <algorithm>
 #include <cstdio>
@@ -16,9 +17,7 @@
 #include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/film/metrics.hpp>
-#include <lambent/io/environment.hpp>
 #include <lambent/io/exr_frame.hpp>
-#include <lambent/io/scene_file.hpp>
 #include <lambent/render/path.hpp>
 #include <lambent/render/render.hpp>
 #include <lambent/sampling/independent.hpp>
@@ -118,7 +117,7 @@ Subject make_subject(const Options& o, const std::string& name) {
         else throw UsageError(name + ": there are builtin:cornell, builtin:door and builtin:room");
     } else {
         s.file = name;
-        s.scene = load_scene<float>(name);
+        s.scene = scene_of_file(name);
         const fs::path folder = fs::path(name).parent_path();
         const std::map<std::string, std::string> skies = {{"atrium", "sky_sun.exr"},
                                                           {"materials", "sky_soft.exr"}};
@@ -130,7 +129,7 @@ Subject make_subject(const Options& o, const std::string& name) {
     s.sky = environment;
     s.own_triangles = s.scene.triangles.size();
     if (o.lamp) add_lamp(s.scene, *o.lamp);
-    if (!environment.empty()) s.scene.environment = read_environment(environment);
+    if (!environment.empty()) s.scene.environment = sky_of_file(environment);
     if (!reference.empty()) {
         PixelData<float> frame = frame_from_exr(read_exr(reference));
         require(frame.width == s.width && frame.height == s.height, [&] {

@@ -10,6 +10,7 @@
 #include "../examples/support/command_line.hpp"
 #include "../examples/support/preview.hpp"
 #include "renderer.hpp"
+#include "scene_files.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -17,7 +18,6 @@
 #include <lambent/core/parallel.hpp>
 #include <lambent/denoise/denoise.hpp>
 #include <lambent/film/metrics.hpp>
-#include <lambent/io/scene_file.hpp>
 #include <lambent/render/render.hpp>
 #include <lambent/scene/builtin.hpp>
 #include <lambent/scene/missing.hpp>
@@ -103,7 +103,7 @@ public:
         for (const auto& [name, file, camera] : {std::tuple{"sponza", "sponza_crytek/sponza.glb", atrium},
                                                  std::tuple{"sibenik", "sibenik/sibenik.obj", nave}})
             if (!o_.quick && std::filesystem::exists(shared / file)) {
-                Scene<float> scene = load_scene<float>((shared / file).string());
+                Scene<float> scene = scene_of_file((shared / file).string());
                 if (std::string(name) == "sibenik")
                     add_original_light(scene);
                 else

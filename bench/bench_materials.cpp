@@ -9,13 +9,12 @@
 #include "peers/peer.hpp"
 #include "process.hpp"
 #include "renderer.hpp"
+#include "scene_files.hpp"
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
 #include <lambent/core/parallel.hpp>
-#include <lambent/io/environment.hpp>
-#include <lambent/io/scene_file.hpp>
 #include <lambent/render/render.hpp>
 #include <optional>
 
@@ -103,11 +102,11 @@ Image squares(const PixelView<const float, 3>& image) {
 bool measure(const Options& o, const View& view, ThreadExecutor& threads) {
     const std::filesystem::path shared = LAMBENT_SHARED_DIR;
     const std::string file = (shared / view.file).string(), name = std::filesystem::path(file).stem().string();
-    Scene<float> scene = load_scene<float>(file);
+    Scene<float> scene = scene_of_file(file);
     const std::size_t own_triangles = scene.triangles.size();
     if (view.lamp) add_lamp(scene, *view.lamp);
     scene.compensated = !o.as_gltf;
-    if (*view.sky != 0) scene.environment = read_environment((shared / view.sky).string());
+    if (*view.sky != 0) scene.environment = sky_of_file((shared / view.sky).string());
     Camera camera = scene.cameras.empty() ? framing_camera(scene.bounds(), 1) : scene.cameras[0];
     if (view.eye) camera.eye = *view.eye;
     if (view.target) camera.target = *view.target;

@@ -1,13 +1,13 @@
 // Files of scenes: their loaders are most of what compiling this benchmark takes, and so have a file of their own.
 #include "scenes.hpp"
-#include <lambent/io/scene_file.hpp>
+#include "../scene_files.hpp"
 #include <lambent/scene/builtin.hpp>
 #include <filesystem>
 
 using namespace lambent;
 
 BenchScene load_bench_scene(const std::string& name) {
-    const Scene<float> scene = name == "builtin:cornell" ? cornell_scene<float>() : load_scene<float>(name);
+    const Scene<float> scene = name == "builtin:cornell" ? cornell_scene<float>() : scene_of_file(name);
     BenchScene bench;
     bench.soup.name = name;
     bench.soup.origin = scene.origin;
