@@ -7,6 +7,7 @@
 #include <limits>
 
 using namespace lambent;
+using lambent_test::energy;
 using lambent_test::LitWall;
 using lambent_test::Random;
 
@@ -35,12 +36,6 @@ PixelData<float> with_fireflies(const LitWall& wall, int spp, std::uint64_t seed
             }
         }
     return pass.finish().resolve();
-}
-
-double energy(const Plane<float, 3>& image) {
-    double sum = 0;
-    for (const float v : image.values()) sum += double(v);
-    return sum;
 }
 
 } // namespace

@@ -8,6 +8,13 @@
 namespace lambent_test {
 using namespace lambent;
 
+/// All light of an image.
+inline double energy(const Plane<float, 3>& image) {
+    double sum = 0;
+    for (const float v : image.values()) sum += double(v);
+    return sum;
+}
+
 /// Two textured walls under a light with a shadow that no feature tells of, and dimmer light from all around.
 struct LitWall {
     int width = 72, height = 40;

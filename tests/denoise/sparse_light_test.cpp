@@ -8,16 +8,11 @@
 #include <lambent/denoise/sparse_light.hpp>
 
 using namespace lambent;
+using lambent_test::energy;
 using lambent_test::LitWall;
 using lambent_test::Random;
 
 namespace {
-
-double energy(const Plane<float, 3>& image) {
-    double sum = 0;
-    for (const float v : image.values()) sum += double(v);
-    return sum;
-}
 
 float brightest(const Plane<float, 3>& image) { return *std::max_element(image.values().begin(), image.values().end()); }
 

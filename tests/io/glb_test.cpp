@@ -1,5 +1,6 @@
 #include <lambent/io/gltf.hpp>
 #include <lambent/scene/fingerprint.hpp>
+#include <io/gltf_text.hpp>
 #include <support/temporary_folder.hpp>
 #include <doctest/doctest.h>
 #include <cstdint>
@@ -15,8 +16,6 @@ using lambent::detail::binary_length;
 using lambent::detail::PartialFile;
 
 namespace {
-
-std::string word(std::uint32_t value) { return std::string(reinterpret_cast<const char*>(&value), 4); }
 
 std::string glb(std::string json, std::string_view binary) {
     json.resize((json.size() + 3) / 4 * 4, ' ');

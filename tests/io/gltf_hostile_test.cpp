@@ -40,8 +40,6 @@ std::string repeated(const std::string& part, std::size_t count, const std::stri
     return out;
 }
 
-std::string word(std::uint32_t value) { return std::string(reinterpret_cast<const char*>(&value), 4); }
-
 /// A binary glTF of raw chunks.
 std::string glb(const std::string& json, const std::string& after = "", std::uint32_t version = 2) {
     std::string body = word(std::uint32_t(json.size())) + "JSON" + json + after;

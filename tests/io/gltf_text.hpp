@@ -3,9 +3,13 @@
 #include <io/gltf_builder.hpp>
 #include <support/temporary_folder.hpp>
 #include <doctest/doctest.h>
+#include <cstdint>
 #include <string>
 
 namespace lambent_test {
+
+/// A number as a .glb has it.
+inline std::string word(std::uint32_t value) { return std::string(reinterpret_cast<const char*>(&value), 4); }
 
 inline lambent::Scene<float> load_text(const std::string& text, const lambent::LoadOptions& options = {}) {
     const TemporaryFolder folder;

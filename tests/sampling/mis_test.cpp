@@ -12,12 +12,12 @@ TEST_CASE_TEMPLATE("mis: finite weights that sum to 1 within 2 ulp over the whol
     constexpr std::uint64_t seed = 201;
     INFO("seed " << seed);
     Random random(seed);
-    const T infinity = std::bit_cast<T>(detail::FloatBits<T>::exponent),
+    const T infinite = std::bit_cast<T>(detail::FloatBits<T>::exponent),
             ulp = std::numeric_limits<T>::epsilon();
     const double range = std::is_same_v<T, float> ? 87.4 : 708; // natural logarithm of 1e±38, 1e±307
     const auto draw = [&]() -> T {
         const std::uint32_t kind = random.below(16);
-        return kind == 0 ? T(0) : kind == 1 ? infinity : T(std::exp(random.uniform(-range, range)));
+        return kind == 0 ? T(0) : kind == 1 ? infinite : T(std::exp(random.uniform(-range, range)));
     };
 #if defined(__clang__) && defined(__FAST_MATH__)
     const T least = T(1e-30); // its refined reciprocals underflow below

@@ -19,23 +19,26 @@ using namespace lambent_test;
 
 namespace {
 
-constexpr double spatial = 3, illumination = 2, position = 2, normal = 0.5, material = 0.5;
+/// Sigmas by their features.
+constexpr struct {
+    double spatial = 3, illumination = 2, position = 2, normal = 0.5, material = 0.5;
+} sigmas;
 
 /// The formula as it stands in papers: nothing is looked at before it is added.
 /// quarter  only the pairs to the right and below, as re-use is sometimes described
 enum class Pairs { all, quarter };
 template <class T>
-Plane<T, 3> textbook(const Planes<T>& p, int radius, Pairs pairs = Pairs::all, double sigma_light = illumination) {
+Plane<T, 3> textbook(const Planes<T>& p, int radius, Pairs pairs = Pairs::all, double sigma_light = sigmas.illumination) {
     Plane<T, 3> sum(p.width(), p.height()), out(p.width(), p.height());
     std::vector<T> weights(std::size_t(p.width() * p.height()));
     const auto add = [&](int x, int y, int u, int v) {
-        const auto square = [](T d, double sigma) { return d * d / T(2 * sigma * sigma); };
+        const auto square = [](T d, double by) { return d * d / T(2 * by * by); };
         const T d2 = T((u - x) * (u - x) + (v - y) * (v - y));
-        const T w = std::exp(-d2 / T(2 * spatial * spatial) -
+        const T w = std::exp(-d2 / T(2 * sigmas.spatial * sigmas.spatial) -
                              square(length(p.image.load(u, v) - p.image.load(x, y)), sigma_light) -
-                             square(length(p.position.load(u, v) - p.position.load(x, y)), position) -
-                             square(1 - dot(p.normal.load(u, v), p.normal.load(x, y)), normal) -
-                             square(p.material.load(u, v) == p.material.load(x, y) ? T(0) : T(1), material));
+                             square(length(p.position.load(u, v) - p.position.load(x, y)), sigmas.position) -
+                             square(1 - dot(p.normal.load(u, v), p.normal.load(x, y)), sigmas.normal) -
+                             square(p.material.load(u, v) == p.material.load(x, y) ? T(0) : T(1), sigmas.material));
         sum.view().store(x, y, sum.load(x, y) + w * p.image.load(u, v));
         weights[std::size_t(y * p.width() + x)] += w;
     };
@@ -51,14 +54,14 @@ Plane<T, 3> textbook(const Planes<T>& p, int radius, Pairs pairs = Pairs::all, d
 }
 
 template <class T>
-Plane<T, 3> run(const Planes<T>& planes, BilateralForm form, int radius, double sigma_light = illumination) {
+Plane<T, 3> run(const Planes<T>& planes, BilateralForm form, int radius, double sigma_light = sigmas.illumination) {
     return filter(planes,
                   {.kernel = 2 * radius + 1,
-                   .sigma_spatial = spatial,
+                   .sigma_spatial = sigmas.spatial,
                    .sigma_illumination = sigma_light,
                    .second_pass_factor = 1,
                    .form = form},
-                  position, normal, material);
+                  sigmas.position, sigmas.normal, sigmas.material);
 }
 
 bool whole_window(BilateralForm form) { return form == BilateralForm::naive_2d || form == BilateralForm::reuse_2d; }
@@ -156,8 +159,8 @@ TEST_CASE("filters: constant images of 1e-30 to 1e30 -> themselves; values of th
             });
         };
         for (const auto form : all_forms)
-            for (const double sigma : {illumination, infinity})
-                outside += std::size_t(count_outside(run(planes, form, 8, sigma)));
+            for (const double light : {sigmas.illumination, infinity})
+                outside += std::size_t(count_outside(run(planes, form, 8, light)));
         // A feature that is off by an infinite sigma, and squares beyond 3e38: infinity over infinity.
         naive += double(count_outside(textbook(planes, 8, Pairs::all, infinity)));
         images += 8;
