@@ -13,6 +13,7 @@
 #include <lambent/sampling/stratified.hpp>
 #include <lambent/scene/builtin.hpp>
 #include <lambent/scene/specialised_scene.hpp>
+#include <limits>
 #include <vector>
 
 using namespace lambent;
@@ -70,7 +71,7 @@ Scene<float> tiny_cornell() {
 Scene<float> shreds(bool normals) {
     Scene<float> scene = bare_cornell();
     const auto first = std::uint32_t(scene.materials.size());
-    scene.materials.resize(first + 6);
+    scene.materials.resize(first + 9);
     Material* const m = &scene.materials[first];
     m[0].emission = Vec3f(3, 2, 1);
     m[1].emission = Vec3f(0.5f, 1, 2);
@@ -79,6 +80,8 @@ Scene<float> shreds(bool normals) {
     m[3].base_color = Vec3f(0);
     m[4].front_only = true;
     m[5].base_color = Vec3f(0.99f);
+    m[6].base_color.x = m[7].base_color.z = std::numeric_limits<float>::quiet_NaN();
+    m[8].emission.y = std::numeric_limits<float>::infinity();
     Random random(11);
     const Bounds3<double> box = scene.bounds();
     for (int i = 0; i < 400; ++i) {
@@ -89,7 +92,7 @@ Scene<float> shreds(bool normals) {
         for (int corner = 0; corner < 3; ++corner)
             scene.positions.push_back(Vec3f(at - scene.origin + random.in_box<double>(-reach, reach)));
         scene.triangles.push_back({vertex, vertex + 1, vertex + 2});
-        scene.triangle_materials.push_back(first + std::uint32_t(random.index(6)));
+        scene.triangle_materials.push_back(first + std::uint32_t(random.index(9)));
     }
     scene.texcoords.clear();
     scene.normals.clear();

@@ -41,6 +41,16 @@ template <class T, int N>
 [[gnu::always_inline]] inline Pack<T, N> max_component(const Vec3Pack<T, N>& a) {
     return max(a.x, max(a.y, a.z));
 }
+/// Which vectors have no component but 0; and which none that is infinite or NaN.
+template <class T, int N>
+[[gnu::always_inline]] inline Mask<T, N> is_black(const Vec3Pack<T, N>& a) {
+    const Pack<T, N> zero(T(0));
+    return (a.x == zero) & (a.y == zero) & (a.z == zero);
+}
+template <class T, int N>
+[[gnu::always_inline]] inline Mask<T, N> is_finite(const Vec3Pack<T, N>& a) {
+    return is_finite(a.x) & is_finite(a.y) & is_finite(a.z);
+}
 template <class T, int N>
 [[gnu::always_inline]] inline Vec3Pack<T, N> select(Mask<T, N> mask, const Vec3Pack<T, N>& a, const Vec3Pack<T, N>& b) {
     return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};

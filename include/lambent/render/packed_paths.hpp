@@ -200,7 +200,7 @@ private:
         if (depth_ >= options_.max_depth) return;
 
         const V albedo = group.albedo.load();
-        const Lanes reflecting = group.all() & bits(max_component(albedo) > P(T(0)));
+        const Lanes reflecting = group.all() & ~bits(is_black(albedo));
         StreamPack<Stream, N> numbers;
         for (std::size_t lane = 0; lane < group.size; ++lane) numbers.set(int(lane), streams_[group.sample[lane]]);
         const std::uint32_t first = dimensions::first_vertex + dimensions::per_vertex * depth_;
@@ -213,8 +213,10 @@ private:
         const V wi = normalize(Frame<P>(surface.shading_normal).to_world(local));
         const Exits exits = ways_out(surface, wi, local.z, reflecting & bits(local.z > P(T(0))), counts);
         throughput *= albedo;
+        const Lanes bad = exits.open & ~bits(is_finite(throughput));
+        if (bad != 0) reject(group, throughput, bad);
         const P strength = max_component(throughput);
-        Lanes alive = exits.open & bits(strength > P(T(0)));
+        Lanes alive = exits.open & ~bad & bits(strength > P(T(0)));
         if (depth_ + 1 >= options_.roulette_depth) {
             const P survival = min(max(strength / P(T(options_.roulette_strength)), P(T(0.05))), P(T(0.99)));
             alive &= bits(numbers.get_1d(first + dimensions::roulette) < survival);
@@ -248,6 +250,13 @@ private:
             result.depth = hit.t;
             result.material = scene_.scene().triangle_materials[hit.primitive];
         }
+    }
+
+    /// Samples of a throughput that is not finite: the film counts them, and takes nothing of them.
+    void reject(const Group& group, const V& throughput, Lanes lanes) {
+        Vec3Column<T, N> throughputs;
+        throughputs.store(throughput);
+        for_each_lane(lanes, [&](std::size_t lane) { results_[group.sample[lane]].radiance += throughputs[lane]; });
     }
 
     /// See PathIntegrator::way_out(), for the lanes in `wanted`.
@@ -285,7 +294,7 @@ private:
         if (!sample_triangle(light, surface, u)) sample_lights(light, surface, u, wanted);
         const P zero(T(0)), cosine = dot(light.wi, surface.shading_normal), pdf = cosine * P(inv_pi<T>);
         const V value = albedo * P(inv_pi<T>) * cosine * light.radiance * throughput;
-        const Lanes lit = wanted & bits((light.pdf > zero) & (cosine > zero) & (max_component(value) > zero));
+        const Lanes lit = wanted & bits((light.pdf > zero) & (cosine > zero)) & ~bits(is_black(value));
         const Exits exits = ways_out(surface, light.wi, cosine, lit, counts);
         counts.saved += std::uint64_t(std::popcount(wanted & ~exits.open));
         if (exits.open == 0) return;
