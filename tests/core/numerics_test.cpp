@@ -254,3 +254,29 @@ TEST_CASE("sines and cosines of turns: to 2e-7 of the exact ones, quarters of a 
         CHECK(cosine_double == doctest::Approx(std::cos(2 * pi<double> * (quarters / 4.0 + 1e-9))).epsilon(1e-12));
     }
 }
+
+TEST_CASE("numerics: angle of a point in turns") {
+    Random random(51);
+    double worst = 0, worst_small = 0;
+    for (int i = 0; i < 2000000; ++i) {
+        const double angle = random.uniform(-3.14159265358979, 3.14159265358979), size = std::exp(random.uniform(-20, 20));
+        const float x = float(size * std::cos(angle)), y = float(size * std::sin(angle));
+        const double truth = std::atan2(double(y), double(x)) / (2 * pi<double>);
+        worst = std::max(worst, std::abs(double(turn_of(y, x)) - truth));
+        const float tiny = float(y * 1e-6);
+        const double small = std::atan2(double(tiny), double(std::abs(x))) / (2 * pi<double>);
+        if (std::abs(small) < 0.01) worst_small = std::max(worst_small, std::abs(turn_of(tiny, std::abs(x)) / small - 1));
+    }
+    CHECK(worst < 4.5e-8); // half a unit in the last place at half a turn is 3e-8
+    CHECK(worst_small < 3e-7);
+    CHECK(turn_of(0.0f, 1.0f) == 0.0f);
+    CHECK(turn_of(1.0f, 0.0f) == 0.25f);
+    CHECK(turn_of(-1.0f, 0.0f) == -0.25f);
+    CHECK(turn_of(1.0f, 1.0f) == 0.125f);
+    CHECK(turn_of(0.0f, -2.0f) == 0.5f);
+#ifndef __FAST_MATH__ // which knows no sign of 0
+    CHECK(turn_of(-0.0f, -2.0f) == -0.5f);
+#endif
+    CHECK(turn_of(0.0f, 0.0f) == 0.0f);
+    CHECK(turn_of(1e-30, -1.0) == doctest::Approx(0.5));
+}

@@ -113,8 +113,8 @@ private:
     MapPoint to_map(const Vec3<T>& direction) const {
         const T x = cos_ * direction.x + sin_ * direction.z, z = cos_ * direction.z - sin_ * direction.x;
         const T sine = std::sqrt(direction.x * direction.x + direction.z * direction.z);
-        const T u = T(0.5) + std::atan2(z, x) * (inv_pi<T> / 2);
-        const T v = std::atan2(sine, direction.y) * inv_pi<T>; // acos is coarse at the poles
+        const T u = T(0.5) + turn_of(z, x);
+        const T v = 2 * turn_of(sine, direction.y); // acos is coarse at the poles
         constexpr T below_one = 1 - std::numeric_limits<T>::epsilon() / 2;
         return {{std::clamp(u, T(0), below_one), std::clamp(v, T(0), below_one)}, sine};
     }
