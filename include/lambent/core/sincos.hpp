@@ -36,12 +36,10 @@ template <std::floating_point T>
 inline SineCosine<T> sincos_of_turn(T x) {
     const T quarters = std::nearbyint(x * 4);
     const SineCosine<T> s = sincos_of_octant((x - quarters / 4) * T(6.283185307179586477));
-    switch (int(quarters) & 3) {
-    case 0: return s;
-    case 1: return {s.cosine, -s.sine};
-    case 2: return {-s.sine, -s.cosine};
-    default: return {-s.cosine, s.sine};
-    }
+    const int quarter = int(quarters); // chosen without jumps: nobody could foresee which
+    const T sine = (quarter & 1) != 0 ? s.cosine : s.sine, cosine = (quarter & 1) != 0 ? -s.sine : s.cosine;
+    const T sign = (quarter & 2) != 0 ? T(-1) : T(1);
+    return {sign * sine, sign * cosine};
 }
 
 /// Angle of the point (x, y) from the x axis in turns, atan2(y, x) / 2 pi: in [-1/2, 1/2], with the sign of y; 0 at the

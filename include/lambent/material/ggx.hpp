@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <lambent/core/numerics.hpp>
+#include <lambent/core/sincos.hpp>
 #include <lambent/core/vec.hpp>
 
 namespace lambent {
@@ -58,8 +59,9 @@ private:
         // The point lies `depth` below the pole, and `height` above -z. Of 1 + z - depth and 2 - depth, which r needs,
         // not much may be left: so they are put together from what is.
         const T depth = u.y * (1 + (1 - cut) * z), height = (1 - u.y) * (1 + z) + u.y * cut * z;
-        const T r = std::sqrt(depth * (height + (x * x + y * y) / (1 + z))), phi = 2 * pi<T> * u.x;
-        const Vec3<T> m(alpha * (x + r * std::cos(phi)), alpha * (y + r * std::sin(phi)), height);
+        const T r = std::sqrt(depth * (height + (x * x + y * y) / (1 + z)));
+        const SineCosine<T> phi = sincos_of_turn(u.x);
+        const Vec3<T> m(alpha * (x + r * phi.cosine), alpha * (y + r * phi.sine), height);
         const T length2 = dot(m, m);
         return length2 > 0 ? m / std::sqrt(length2) : Vec3<T>(0, 0, 1);
     }

@@ -79,8 +79,8 @@ constexpr T uniform_hemisphere_pdf() {
 template <class T>
 inline Vec3<T> square_to_uniform_sphere(const Vec2<T>& u) {
     const T radius = 2 * std::sqrt(u.x * (1 - u.x));
-    const T phi = 2 * pi<T> * u.y;
-    return {radius * std::cos(phi), radius * std::sin(phi), 1 - 2 * u.x};
+    const SineCosine<T> phi = sincos_of_turn(u.y);
+    return {radius * phi.cosine, radius * phi.sine, 1 - 2 * u.x};
 }
 /// Density of square_to_uniform_sphere() by solid angle.
 template <class T>
