@@ -11,6 +11,7 @@
 #include <lambent/sampling/mis.hpp>
 #include <lambent/sampling/stream_pack.hpp>
 #include <lambent/sampling/warp.hpp>
+#include <lambent/scene/attributes.hpp>
 #include <lambent/scene/features.hpp>
 #include <lambent/scene/plain_surface.hpp>
 #include <lambent/scene/scene.hpp>
