@@ -203,51 +203,43 @@ template <Query query, class T, class Leaves, class Accept>
     std::size_t top = 0;
     std::uint32_t current = from;
     const auto lane_of = [](T tagged) { return int(std::bit_cast<typename FloatBits<T>::Type>(tagged) & (width - 1)); };
-    const auto push = [&](T distance, std::uint32_t child) {
-        distances[top] = distance;
-        children[top++] = child;
-        prefetch(tree, child);
-    };
     for (;;) {
         while ((current & Child::leaf_bit) == 0) {
             const WideNode<T>& node = nodes[current];
             if constexpr (requires { accept.node(); }) accept.node();
             Lanes entry;
             const Mask<T, width> mask = slabs.meets(node, limit, entry);
-            unsigned met = bits(mask);
+            const unsigned met = bits(mask);
             if (met == 0) goto next;
+            const unsigned rest = met & (met - 1);
+            const std::size_t more = std::size_t(std::popcount(rest));
             if constexpr (query == Query::any) {
-                int lane = std::countr_zero(met);
-                met &= met - 1;
-                current = foreseen<width>(node.child, lane);
-                for (; met != 0; met ^= 1u << lane) { // the lowest lane last, so that it is visited first
-                    lane = 31 - std::countl_zero(met);
-                    children[top++] = node.child[lane];
-                    prefetch(tree, node.child[lane]);
-                }
-            } else {
-                if ((met & (met - 1)) == 0) {
-                    current = foreseen<width>(node.child, std::countr_zero(met));
-                    continue;
-                }
-                const unsigned rest = met & (met - 1);
-                if ((rest & (rest - 1)) == 0) { // two: a branch on which is nearer, for it is often foreseen
-                    T keys[std::size_t(width)];
-                    entry.store(keys);
-                    const int a = std::countr_zero(met), b = std::countr_zero(rest);
-                    if (keys[a] < keys[b]) {
-                        push(keys[b], node.child[b]);
-                        current = foreseen<width>(node.child, a);
-                    } else {
-                        push(keys[a], node.child[a]);
-                        current = foreseen<width>(node.child, b);
+                // The lowest lane goes first. Where registers can do it, without a branch on how many the others are.
+                if constexpr (width > 4) {
+                    compress_descending<width>(rest, node.child, children + top);
+                    top += more;
+                } else {
+                    for (unsigned left = rest; left != 0;) {
+                        const int lane = 31 - std::countl_zero(left);
+                        left ^= 1u << lane;
+                        children[top++] = node.child[lane];
                     }
-                    continue;
                 }
+                current = foreseen<width>(node.child, std::countr_zero(met));
+            } else if (rest == 0) {
+                current = foreseen<width>(node.child, std::countr_zero(met));
+            } else if (width == 4 && more == 1) { // without wide registers sorting takes longer than a branch
+                T keys[std::size_t(width)];
+                entry.store(keys);
+                const int a = std::countr_zero(met), b = std::countr_zero(rest);
+                const bool a_first = keys[a] < keys[b];
+                distances[top] = a_first ? keys[b] : keys[a];
+                children[top++] = node.child[a_first ? b : a];
+                current = foreseen<width>(node.child, a_first ? a : b);
+            } else {
                 store_descending(mask, entry, node.child, distances + top, children + top);
-                top += std::size_t(std::popcount(met)) - 1;
+                top += more;
                 current = foreseen<width>(node.child, lane_of(distances[top]));
-                prefetch(tree, children[top - 1]);
             }
         }
         {
@@ -268,7 +260,6 @@ template <Query query, class T, class Leaves, class Accept>
             --top;
         } while (query == Query::closest && distances[top] > limit);
         current = children[top];
-        if constexpr (query == Query::closest) prefetch(tree, children[top - (top > 0)]);
     }
 }
 
