@@ -3,6 +3,7 @@
 #include "support/rays.hpp"
 #include <cmath>
 #include <doctest/doctest.h>
+#include <functional>
 #include <lambent/bvh/bvh.hpp>
 #include <limits>
 #include <memory>
@@ -170,8 +171,15 @@ TEST_CASE_TEMPLATE("Trees too large for the caches answer interleaved rays as si
     const lambent_test::Mesh<T> mesh = soup<T>(sizeof(T) == 4 ? 700000 : 350000, 0.01, 6);
     const auto bvh = BasicBvh<T>::build(triangles(mesh.vertices, mesh.faces), {.quality = BuildQuality::fast});
     const auto& tree = bvh.tree();
-    REQUIRE(tree.bytes() > detail::large_tree<detail::Query::any>);
+    REQUIRE(tree.bytes() > detail::large_tree);
     const std::vector<Ray<T>> rays = batch(mesh, 20000, 9);
+    const auto steps = [&]<detail::Query query>() {
+        const auto none = [](std::size_t, const Hit<T>&) {};
+        return detail::Interleaved<query, T, detail::StoredTriangles<T>, AcceptAll>(tree, bvh.leaves(), {})
+            .run(128, std::identity(), [&](std::size_t i) -> const Ray<T>& { return rays[i]; }, none);
+    };
+    REQUIRE(steps.template operator()<detail::Query::closest>() > 128 * detail::long_way<detail::Query::closest>);
+    REQUIRE(steps.template operator()<detail::Query::any>() > 128 * detail::long_way<detail::Query::any>);
     std::vector<Hit<T>> hits(rays.size());
     const std::unique_ptr<bool[]> occluded(new bool[rays.size()]);
     bvh.intersect(std::span<const Ray<T>>(rays), hits);

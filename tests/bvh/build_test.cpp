@@ -304,3 +304,29 @@ TEST_CASE("Vertices and faces of many kinds make the same tree") {
     CHECK_THROWS_AS(Bvh::build(plain, {.bins = 1}), Error);
     CHECK_THROWS_AS(Bvh::build(plain, {.block_cost = 0}), Error);
 }
+
+TEST_CASE_TEMPLATE("Any-hit rays look first where a hit is likely: at a wall, not at the dust before it", T, float, double) {
+    Mesh<T> mesh = soup<T>(3000, 0.01, 5);
+    const auto corner = std::uint32_t(mesh.vertices.size());
+    for (int i = 0; i < 4; ++i) mesh.vertices.push_back({T(i & 1) * 4 - 2, T(i >> 1) * 4 - 2, T(1.5)});
+    mesh.faces.push_back({corner, corner + 1, corner + 2});
+    mesh.faces.push_back({corner + 3, corner + 2, corner + 1});
+    struct Counting {
+        std::size_t& nodes;
+        void node() const { ++nodes; }
+        bool operator()(std::uint32_t, T, T, T) const { return true; }
+    };
+    for (const BuildQuality quality : {BuildQuality::fast, BuildQuality::balanced, BuildQuality::best}) {
+        const auto bvh = BasicBvh<T>::build(triangles(mesh.vertices, mesh.faces), {.quality = quality});
+        Random random(11);
+        std::size_t nodes = 0, occluded = 0;
+        for (int i = 0; i < 1000; ++i) {
+            Vec3<T> from = random.in_box<T>(-1, 1), to = random.in_box<T>(-1, 1);
+            from.z = -2;
+            to.z = 2;
+            occluded += bvh.occluded({from, to - from}, Counting{nodes});
+        }
+        CHECK(occluded == 1000);
+        CHECK(nodes < 1200); // a leaf with the wall is a child of the root
+    }
+}

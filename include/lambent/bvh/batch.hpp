@@ -15,11 +15,15 @@ namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
 
-/// From how many bytes on a tree is so far from the processor that interleaved rays gain more by waiting together than
-/// they lose in steps; below, single rays are the faster ones, which for any hits they are for longer.
-/// measured  on one machine, with 512 KiB of cache a core and 32 MiB in common
+/// From how many bytes on a tree is far enough from the processor for interleaved rays to gain anything.
+inline constexpr std::size_t large_tree = std::size_t(4) << 20;
+
+/// From how many nodes and leaves a ray on they do: on a shorter way single rays are the faster ones, which for any hits
+/// they are for longer.
+/// measured  with 2 MiB of cache a core, speed of single rays: closest .75 to .9 at 6, 1.1 to 1.3 at 9, 1.2 to 1.5 at 15 to
+///           25; any .7 at 4, .8 at 5 to 6, .85 to 1 at 9 to 12, 1.2 to 1.5 at 16 to 27
 template <Query query>
-inline constexpr std::size_t large_tree = query == Query::any ? std::size_t(16) << 20 : std::size_t(4) << 20;
+inline constexpr std::size_t long_way = query == Query::any ? 11 : 7;
 
 /// All of a batch: rays that go the same way together, the others interleaved or one by one.
 template <Query query, class T, class Leaves, class Accept, class RayOf, class Report>
@@ -143,18 +147,35 @@ private:
         });
     }
 
-    /// index_of(i) for i < count: rays of the batch
+    /// index_of(i) for i < count: rays of the batch. The first ones of some thousand tell how far the others go.
     template <class IndexOf>
     void scattered(std::size_t count, const IndexOf& index_of) {
-        using Many = Interleaved<query, T, Leaves, Accept>;
-        if (count > Many::lanes && tree_.bytes() > large_tree<query>) {
-            Many(tree_, leaves_, accept_).run(count, index_of, ray_of_, report_);
-        } else {
-            for (std::size_t i = 0; i < count; ++i) {
-                const std::size_t index = index_of(i);
-                report_(index, traverse<query>(tree_, leaves_, ray_of_(index), filter_of(accept_, index)));
+        constexpr std::size_t part = 4096, first = 128;
+        for (std::size_t begin = 0; begin < count; begin += part) {
+            const std::size_t end = std::min(count, begin + part), probed = std::min(end, begin + first);
+            if (tree_.bytes() <= large_tree || end - begin < first) {
+                one_by_one(begin, end, index_of);
+            } else if (interleaved(begin, probed, index_of) < long_way<query> * (probed - begin)) {
+                one_by_one(probed, end, index_of);
+            } else {
+                interleaved(probed, end, index_of);
             }
         }
+    }
+
+    template <class IndexOf>
+    void one_by_one(std::size_t begin, std::size_t end, const IndexOf& index_of) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t index = index_of(i);
+            report_(index, traverse<query>(tree_, leaves_, ray_of_(index), filter_of(accept_, index)));
+        }
+    }
+
+    /// Returns the nodes and leaves that the rays looked into.
+    template <class IndexOf>
+    [[gnu::noinline]] std::size_t interleaved(std::size_t begin, std::size_t end, const IndexOf& index_of) {
+        return Interleaved<query, T, Leaves, Accept>(tree_, leaves_, accept_)
+            .run(end - begin, [&](std::size_t i) { return index_of(begin + i); }, ray_of_, report_);
     }
 
     const Tree& tree_;

@@ -60,7 +60,11 @@ public:
         BasicBvh bvh;
         bvh.count_ = set.count();
         bvh.tree_ = detail::Collapse<T>(binary, options).template run<typename Leaves::Block>(
-            [&](std::span<const std::uint32_t> primitives) { return Leaves::make_block(set, primitives); });
+            [&](std::span<const std::uint32_t> primitives) { return Leaves::make_block(set, primitives); },
+            [&](std::uint32_t primitive) {
+                if constexpr (requires { Leaves::fill(set, primitive); }) return Leaves::fill(set, primitive);
+                else return T(1);
+            });
         bvh.set_leaves(Leaves(set));
         return bvh;
     }

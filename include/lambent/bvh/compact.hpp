@@ -36,6 +36,8 @@ public:
 
     static bool bounds(const Mesh& mesh, std::size_t i, Bounds3<Scalar>& box) { return Stored::bounds(mesh, i, box); }
 
+    static Scalar fill(const Mesh& mesh, std::size_t i) { return Stored::fill(mesh, i); }
+
     static Block make_block(const Mesh&, std::span<const std::uint32_t> primitives) { return Block(primitives); }
 
     static bool sound(const Block&) { return true; }

@@ -6,10 +6,22 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 namespace lambent {
 inline namespace LAMBENT_ABI {
 namespace detail {
+
+/// Asks for the node's or the first block's cache lines, without a branch on which it is.
+template <class T, class Block>
+[[gnu::always_inline]] inline void prefetch(const WideTree<T, Block>& tree, std::uint32_t child) {
+    const char* const first[2] = {reinterpret_cast<const char*>(tree.nodes.data()),
+                                  reinterpret_cast<const char*>(tree.blocks.data())};
+    static constexpr std::size_t size[2] = {sizeof(WideNode<T>), sizeof(Block)};
+    const std::size_t leaf = (child & Child::leaf_bit) != 0;
+    const char* const p = first[leaf] + (child & Child::index_mask) * size[leaf];
+    for (std::size_t at = 0; at < std::max(size[0], size[1]); at += 64) __builtin_prefetch(p + at);
+}
 
 /// Many rays at once: a handful of traversals side by side, each taking one step in turn, so that while one waits for
 /// memory the others work. Steps of a kind run together, as far as can be without branches on what was met, which the
@@ -22,12 +34,14 @@ public:
     Interleaved(const WideTree<T, typename Leaves::Block>& tree, const Leaves& leaves, const Accept& accept)
         : tree_(tree), leaves_(leaves), accept_(accept) {}
 
-    /// The rays index_of(i) for i < end: ray_of(index) -> Ray<T>; report(index, hit), once for each, in no order
+    /// The rays index_of(i) for i < end: ray_of(index) -> Ray<T>; report(index, hit), once for each, in no order. Returns
+    /// how many nodes and leaves they looked into, all together.
     template <class IndexOf, class RayOf, class Report>
-    [[gnu::noinline]] void run(std::size_t end, const IndexOf& index_of, const RayOf& ray_of, const Report& report) {
-        Walk *at_node[lanes], *at_leaf[lanes];
+    [[gnu::noinline]] std::size_t run(std::size_t end, const IndexOf& index_of, const RayOf& ray_of, const Report& report) {
+        Walk *nodes[2][lanes], *leaves[2][lanes]; // who is at one: in this round, and in the next
+        Walk **at_node = nodes[0], **at_leaf = leaves[0];
         int node_count = 0, leaf_count = 0;
-        std::size_t next = 0;
+        std::size_t next = 0, steps = 0;
         const auto start = [&](Walk& walk) {
             while (next < end) {
                 const std::size_t i = index_of(next++);
@@ -57,11 +71,14 @@ public:
         while (node_count + leaf_count > 0) {
             for (int i = 0; i < node_count; ++i) at_node[i]->enter(tree_);
             for (int i = 0; i < leaf_count; ++i) at_leaf[i]->meet(tree_, leaves_, accept_);
-            Walk* all[lanes];
-            Walk** const end_of_all = std::copy_n(at_leaf, leaf_count, std::copy_n(at_node, node_count, all));
-            node_count = leaf_count = 0;
-            for (Walk** walk = all; walk != end_of_all; ++walk) go_on(**walk);
+            Walk* const* const was_at_node = std::exchange(at_node, nodes[at_node == nodes[0]]);
+            Walk* const* const was_at_leaf = std::exchange(at_leaf, leaves[at_leaf == leaves[0]]);
+            const int were_at_node = std::exchange(node_count, 0), were_at_leaf = std::exchange(leaf_count, 0);
+            for (int i = 0; i < were_at_node; ++i) go_on(*was_at_node[i]);
+            for (int i = 0; i < were_at_leaf; ++i) go_on(*was_at_leaf[i]);
+            steps += std::size_t(were_at_node + were_at_leaf);
         }
+        return steps;
     }
 
 private:

@@ -37,6 +37,8 @@
 ///   meet_both_ways<query>(q, blocks, count, hits)
 ///                           the same for hits[0], for rays without filter that others go on beside: with no branch on
 ///                           what is hit. If nothing was, hits[1] holds anything
+///   fill(set, i)            of the lines through primitive i's box, the share that meet it: any-hit queries go first
+///                           where that is large
 ///   margin()                how far outside of a box its primitives may be hit: see default_margin
 ///   instanced               true: hits carry an instance, and filters are told
 namespace lambent {
@@ -231,6 +233,18 @@ struct StoredTriangles {
         if (!can_be_hit(p)) return false;
         for (const Vec3<T>& v : p) box.add(v);
         return true;
+    }
+
+    /// The mean over all lines: of a convex body's surface, half is seen from each side.
+    template <TriangleSet Mesh>
+    static T fill(const Mesh& mesh, std::size_t i) {
+        const std::array<Vec3<T>, 3> p = mesh.vertices(i);
+        Bounds3<T> box;
+        for (const Vec3<T>& v : p) box.add(v);
+        const Vec3<T> size = box.size();
+        const T area = length(cross(p[1] - p[0], p[2] - p[0])) / 2;
+        const T half_box = size.x * size.y + size.y * size.z + size.z * size.x;
+        return area < half_box ? area / half_box : T(1);
     }
 
     template <TriangleSet Mesh>

@@ -169,16 +169,6 @@ template <int N>
     }
 }
 
-/// Asks for the node's or the first block's cache lines.
-template <class T, class Block>
-[[gnu::always_inline]] inline void prefetch(const WideTree<T, Block>& tree, std::uint32_t child) {
-    const bool leaf = (child & Child::leaf_bit) != 0;
-    const char* const p = leaf ? reinterpret_cast<const char*>(tree.blocks.data() + (child & Child::index_mask))
-                               : reinterpret_cast<const char*>(tree.nodes.data() + child);
-    constexpr std::size_t size = std::max(sizeof(WideNode<T>), sizeof(Block));
-    for (std::size_t at = 0; at < size; at += 64) __builtin_prefetch(p + at);
-}
-
 /// The one loop behind every query of a single ray. Returns the nearest hit, or for Query::any some hit.
 /// leaves  what lies in the leaves, and how a ray meets it: see leaves.hpp
 /// from    the child below which to look (see Child); all of the tree by default

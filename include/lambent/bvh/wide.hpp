@@ -4,6 +4,7 @@
 #include <lambent/core/memory.hpp>
 #include <lambent/core/simd.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -75,19 +76,23 @@ public:
     static constexpr std::uint32_t max_leaf = 2 * block_lanes;
 
     Collapse(const BinaryTree<T>& tree, const BuildOptions& options)
-        : tree_(tree), block_cost_(T(options.block_cost)), plans_(tree.nodes.size()),
-          node_split_(tree.nodes.size()) {}
+        : tree_(tree), block_cost_(T(options.block_cost)), fast_(options.quality == BuildQuality::fast),
+          plans_(tree.nodes.size()), node_split_(tree.nodes.size()) {}
 
     /// make_block(span of 1 to 4 primitives) -> Block
-    template <class Block, class MakeBlock>
-    WideTree<T, Block> run(const MakeBlock& make_block) {
+    /// fill(primitive) -> how much of the lines through its box meet the primitive itself, in [0, 1]
+    template <class Block, class MakeBlock, class Fill>
+    WideTree<T, Block> run(const MakeBlock& make_block, const Fill& fill) {
         WideTree<T, Block> wide;
         wide.dropped = tree_.dropped;
         wide.primitives = tree_.references.size() - tree_.duplicates;
         if (tree_.nodes.empty()) return wide;
         const PackBox<T>& root = tree_.nodes[0].box;
         wide.set_bounds({{root.lo(0), root.lo(1), root.lo(2)}, {root.hi(0), root.hi(1), root.hi(2)}});
-        for (std::size_t i = plans_.size(); i-- > 0;) plan(i); // children come after their parent
+        for (std::size_t i = plans_.size(); i-- > 0;) { // children come after their parent
+            plan(i);
+            plans_[i].surface = surface(i, fill);
+        }
         wide.nodes.reserve(plans_.size() / 4 + 1);
         wide.blocks.reserve(plans_.size() / 2 + 1);
         emit(wide, make_block);
@@ -104,7 +109,37 @@ private:
         T cost[std::size_t(width)];
         std::uint8_t give[std::size_t(width)];
         bool leaf; ///< as one child: a leaf, not a node
+        T surface; ///< half areas of boxes that would be hit as often as what is inside
     };
+
+    /// Of a leaf's primitives, which lie side by side, no more than the box. Fast builds don't look at them: half of
+    /// its box is what a right triangle fills.
+    template <class Fill>
+    T surface(std::size_t index, const Fill& fill) const {
+        const BinaryNode<T>& node = tree_.nodes[index];
+        T sum = 0;
+        if (node.left != 0) {
+            sum = plans_[node.left].surface + plans_[node.left + 1].surface;
+        } else if (fast_) {
+            sum = node.box.half_area() * T(node.count) / 2;
+        } else {
+            for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+                sum += tree_.references[i].box().half_area() * fill(tree_.references[i].primitive());
+        }
+        return node.count > max_leaf ? sum : std::min(node.box.half_area(), sum);
+    }
+    /// How soon any-hit queries had better look into this child: how likely a ray through its box is to hit something
+    /// there, times the root of how many rays come by, for what many do is foreseen.
+    /// source    Nah and Manocha, "SATO: Surface Area Traversal Order for Shadow Ray Tracing", CGF 33:6 (2014), who go by
+    ///           the surface inside alone
+    /// measured  speed against smallest boxes first, eight scenes: ao 1.03, shadow rays 1.06, to a sun 1.17, between
+    ///           points 1.05, to the scene's middle .98; worst .86
+    T urgency(std::uint32_t child) const {
+        const T area = tree_.nodes[child].box.half_area(), surface = plans_[child].surface;
+        if (!(area > 0)) return 0;
+        const T hit = plans_[child].leaf ? surface / area : 1 - std::exp(-surface / area);
+        return hit * std::sqrt(area);
+    }
 
     void plan(std::size_t index) {
         const BinaryNode<T>& node = tree_.nodes[index];
@@ -198,18 +233,16 @@ private:
             } else {
                 gather(binary, width, true, children, count);
             }
-            // Any-hit queries go by the lanes' order: what lies in a small box is the likelier to be hit. Counted in four
-            // scenes: shadow rays took 20 % more steps in one, 9 to 35 % fewer in three.
-            T areas[std::size_t(width)];
+            T keys[std::size_t(width)]; // any-hit queries go by the lanes' order
             for (int i = 0; i < count; ++i) {
                 const std::uint32_t child = children[i];
-                const T area = tree_.nodes[child].box.half_area();
+                const T key = urgency(child);
                 int k = i;
-                for (; k > 0 && (area < areas[k - 1] || (area == areas[k - 1] && child < children[k - 1])); --k) {
-                    areas[k] = areas[k - 1];
+                for (; k > 0 && (key > keys[k - 1] || (key == keys[k - 1] && child < children[k - 1])); --k) {
+                    keys[k] = keys[k - 1];
                     children[k] = children[k - 1];
                 }
-                areas[k] = area;
+                keys[k] = key;
                 children[k] = child;
             }
             for (int lane = 0; lane < width; ++lane) {
@@ -264,6 +297,7 @@ private:
 
     const BinaryTree<T>& tree_;
     T block_cost_;
+    bool fast_;
     LargeArray<Plan> plans_;
     std::vector<std::uint8_t> node_split_; ///< how many of a node's own `width` children its left half makes
 };
