@@ -101,7 +101,7 @@ public:
     /// The same for many rays at once: the same answers, sooner where rays have something in common, or the tree is large.
     template <SceneFeatures features = every_feature>
     void intersect(std::span<const Ray<T>> rays, std::span<Hit<T>> hits) const {
-        if (bvh_.tree().bytes() <= detail::large_tree<detail::Query::closest>) { // rays that go all ways are faster alone
+        if (bvh_.tree().bytes() <= detail::large_tree) { // rays that go all ways are faster alone
             for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = intersect<features>(rays[i]);
             return;
         }
