@@ -4,6 +4,7 @@
 #include <lambent/bvh/traverse.hpp>
 #include <algorithm>
 #include <bit>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -85,11 +86,14 @@ private:
         for (int b = 0; b < blocks; ++b)
             for (int i = 0; i < block_lanes && block[b].primitive[i] != no_primitive; ++i) {
                 const auto found = group_.template meet<rules_of<Accept>(), RangeEnd::open>(block[b], i, axes);
-                for (unsigned hits = bits(found.mask) & active; hits != 0; hits &= hits - 1) {
-                    const int l = std::countr_zero(hits);
-                    if (!filter_of(accept_, indices_[l])(block[b].primitive[i], found.u[l], found.v[l], found.t[l])) continue;
-                    occluded_ |= 1u << l;
-                }
+                unsigned hits = bits(found.mask) & active;
+                if constexpr (!std::same_as<Accept, AcceptAll>)
+                    for (unsigned left = hits; left != 0; left &= left - 1) {
+                        const int l = std::countr_zero(left);
+                        if (!filter_of(accept_, indices_[l])(block[b].primitive[i], found.u[l], found.v[l], found.t[l]))
+                            hits ^= 1u << l;
+                    }
+                occluded_ |= hits;
                 active &= ~occluded_;
                 if (active == 0) return;
             }

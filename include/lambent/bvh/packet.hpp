@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -52,7 +53,7 @@ public:
             });
         RayIntervals<T> all(tree_, kind, groups_, group_count_);
         if (!(all.spread <= widest)) return false;
-        std::fill(primitive_, primitive_ + group_count_ * lanes, no_primitive);
+        std::fill(id_, id_ + group_count_, Rays(std::bit_cast<T>(typename FloatBits<T>::Type(no_primitive))));
         go_through(all, RayKind<T>::plane(kind));
         return true;
     }
@@ -60,11 +61,11 @@ public:
     /// The i-th ray's hit.
     Hit<T> hit(int i) const {
         Hit<T> h;
-        h.primitive = primitive_[i];
+        h.primitive = primitive(i);
         if (!h) return h;
         h.t = groups_[i / lanes].t_max[i % lanes];
-        h.u = u_[i];
-        h.v = v_[i];
+        h.u = u_[i / lanes][i % lanes];
+        h.v = v_[i / lanes][i % lanes];
         return h;
     }
 
@@ -101,6 +102,10 @@ private:
         }
     }
 
+    std::uint32_t primitive(int ray) const {
+        return std::uint32_t(std::bit_cast<typename FloatBits<T>::Type>(id_[ray / lanes][ray % lanes]));
+    }
+
     void update(T& limit) const {
         Rays last = -std::numeric_limits<T>::infinity();
         for (int g = 0; g < group_count_; ++g) last = max(groups_[g].limit, last);
@@ -128,17 +133,29 @@ private:
     [[gnu::always_inline]] bool meet_triangle(const TriangleBlock<T>& block, int i, int g) {
         RayGroup<T, lanes>& group = groups_[g];
         const BlockHit<T, lanes> found = group.template meet<rules_of<Accept>(), RangeEnd::closed>(block, i, axes_);
+        if (!any(found.mask)) return false;
+        const typename FloatBits<T>::Type id = block.primitive[i];
+        if constexpr (std::same_as<Accept, AcceptAll>) {
+            if (!any(found.mask & (found.t == group.t_max))) { // none for goes_first() to tell: all are nearer
+                group.t_max = select(found.mask, found.t, group.t_max);
+                group.limit = select(found.mask, just_behind<T>(found.t * group.along), group.limit);
+                u_[g] = select(found.mask, found.u, u_[g]);
+                v_[g] = select(found.mask, found.v, v_[g]);
+                id_[g] = select(found.mask, Rays(std::bit_cast<T>(id)), id_[g]);
+                return true;
+            }
+        }
         bool changed = false;
         for (unsigned hits = bits(found.mask); hits != 0; hits &= hits - 1) {
             const int l = std::countr_zero(hits), ray = g * lanes + l;
-            if (!(found.t[l] < group.t_max[l]) && !goes_first(block.primitive[i], primitive_[ray])) continue;
+            if (!(found.t[l] < group.t_max[l]) && !goes_first(block.primitive[i], primitive(ray))) continue;
             const std::size_t index = indices_[std::min(ray, count_ - 1)];
             if (!filter_of(accept_, index)(block.primitive[i], found.u[l], found.v[l], found.t[l])) continue;
             group.t_max.set(l, found.t[l]);
             group.limit.set(l, just_behind<T>(found.t[l] * group.along[l]));
-            u_[ray] = found.u[l];
-            v_[ray] = found.v[l];
-            primitive_[ray] = block.primitive[i];
+            u_[g].set(l, found.u[l]);
+            v_[g].set(l, found.v[l]);
+            id_[g].set(l, std::bit_cast<T>(id));
             changed = true;
         }
         return changed;
@@ -150,8 +167,8 @@ private:
     const std::uint32_t* indices_ = nullptr;
     int count_ = 0, group_count_ = 0;
     RayGroup<T, lanes> groups_[std::size_t(capacity / lanes)];
-    T u_[capacity], v_[capacity];
-    std::uint32_t primitive_[capacity];
+    Rays u_[std::size_t(capacity / lanes)], v_[std::size_t(capacity / lanes)];
+    Rays id_[std::size_t(capacity / lanes)]; ///< of primitives, as the bits of a T
 };
 
 } // namespace detail
