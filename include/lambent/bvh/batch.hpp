@@ -20,8 +20,8 @@ inline constexpr std::size_t large_tree = std::size_t(4) << 20;
 
 /// From how many nodes and leaves a ray on they do: on a shorter way single rays are the faster ones, which for any hits
 /// they are for longer.
-/// measured  with 2 MiB of cache a core, speed of single rays: closest .75 to .9 at 6, 1.1 to 1.3 at 9, 1.2 to 1.5 at 15 to
-///           25; any .7 at 4, .8 at 5 to 6, .85 to 1 at 9 to 12, 1.2 to 1.5 at 16 to 27
+/// measured  with 2 MiB of cache a core, speed in multiples of single rays': closest .75 to .9 at 6 steps, 1.1 to 1.3 at 9,
+///           1.2 to 1.5 at 15 to 25; any .7 at 4, .8 at 5 to 6, .85 to 1 at 9 to 12, 1.2 to 1.5 at 16 to 27
 template <Query query>
 inline constexpr std::size_t long_way = query == Query::any ? 11 : 7;
 
@@ -150,10 +150,10 @@ private:
     /// index_of(i) for i < count: rays of the batch. The first ones of some thousand tell how far the others go.
     template <class IndexOf>
     void scattered(std::size_t count, const IndexOf& index_of) {
-        constexpr std::size_t part = 4096, first = 128;
+        constexpr std::size_t part = 4096, first = 128, fewest = Interleaved<query, T, Leaves, Accept>::lanes;
         for (std::size_t begin = 0; begin < count; begin += part) {
             const std::size_t end = std::min(count, begin + part), probed = std::min(end, begin + first);
-            if (tree_.bytes() <= large_tree || end - begin < first) {
+            if (tree_.bytes() <= large_tree || end - begin <= fewest) {
                 one_by_one(begin, end, index_of);
             } else if (interleaved(begin, probed, index_of) < long_way<query> * (probed - begin)) {
                 one_by_one(probed, end, index_of);

@@ -114,8 +114,8 @@ public:
 
     /// The nearest hit of each ray, to hits[i], which may be longer than rays. To the bit what single rays answer. Rays
     /// that go the same way (a tile of a camera's) share their way through the tree, if they lie side by side in the
-    /// batch; in a tree that is large for the processor's caches the others are interleaved, so that none waits for
-    /// memory. The rest are traced one by one. A filter may have one for each ray: see RayFilter.
+    /// batch; in a tree that is large for the processor's caches the others are interleaved if they go a long way, so that
+    /// none waits for memory. The rest are traced one by one. A filter may have one for each ray: see RayFilter.
     /// throws  lambent::Error if hits is too short, before any is written
     template <BatchFilter<T> Accept = AcceptAll>
     void intersect(std::span<const Ray<T>> rays, std::span<Hit<T>> hits, const Accept& accept = {}) const {

@@ -137,7 +137,7 @@ private:
     T urgency(std::uint32_t child) const {
         const T area = tree_.nodes[child].box.half_area(), surface = plans_[child].surface;
         if (!(area > 0)) return 0;
-        const T hit = plans_[child].leaf ? surface / area : 1 - std::exp(-surface / area);
+        const T hit = plans_[child].leaf ? std::min(T(1), surface / area) : 1 - std::exp(-surface / area);
         return hit * std::sqrt(area);
     }
 
